@@ -1,0 +1,82 @@
+// A robot as its file describes it, checked whole: the option structs of every room, the tree of
+// its URDF, and the warnings that were found on the way. Reading is in load_robot().
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "control/mechanism/tree.hpp"
+#include "control/options.hpp"
+#include "drivers/arm.hpp"
+
+namespace geodesic::config {
+
+/// Where in which file something was found; line and column count from 1, 0: unknown.
+struct Place {
+  std::filesystem::path file;
+  int line = 0;
+  int column = 0;
+};
+
+/// One finding: "FILE:LINE:COLUMN: error: TEXT".
+struct Message {
+  enum class Severity : std::uint8_t { kWarning, kError } severity = Severity::kError;
+  Place place;
+  std::string text;  ///< what was found, what was expected, often the fix
+};
+std::string to_string(const Message& message);
+
+struct RealtimeOptions {
+  int priority = 80;              ///< SCHED_FIFO
+  std::vector<int> cpus;          ///< pin to these; empty: wherever the kernel likes
+  double receive_deadline = 0.8;  ///< part of the period after which missing replies are lost
+};
+
+/// What the simulated arm adds to the URDF, for one joint.
+struct SimulatedJoint {
+  double coulomb_friction = 0.0;  ///< [N·m or N]
+  double viscous_friction = 0.0;  ///< [N·m·s/rad or N·s/m]
+  double rotor_inertia = 0.0;     ///< [kg·m² or kg]
+};
+
+struct SimulationOptions {
+  std::vector<SimulatedJoint> joints;  ///< in order of v
+  std::vector<double> pose;            ///< start configuration, in order of v [rad or m]
+  double floor_z_m = 0.0;
+  bool floor = false;                  ///< there is a floor to touch at floor_z_m
+  double reply_latency_s = 100e-6;     ///< a drive's, from end of command to start of reply
+};
+
+struct Robot {
+  std::string name;
+  std::filesystem::path file;  ///< the TOML
+  std::filesystem::path urdf;
+  std::int64_t period_ns = 1'000'000;
+  Eigen::Vector3d gravity{0.0, 0.0, -9.81};  ///< [m/s²], world frame
+  std::string tool_link;                     ///< frame that reports speak of; may be empty
+  control::TreeDescription tree;             ///< joints that the file locks are fixed in here
+  drivers::ArmOptions arm;
+  control::ControllerOptions controller;
+  RealtimeOptions realtime;
+  SimulationOptions simulation;
+};
+
+struct LoadOptions {
+  bool strict = false;              ///< warnings of the model lint are errors
+  /// Replaces buses: "vcan0" for all, or one for each in order. From --bus of the command line.
+  std::vector<std::string> bus_override;
+};
+
+struct LoadResult {
+  Robot robot;                     ///< whole only if ok
+  std::vector<Message> messages;   ///< in order of place
+  bool ok = false;
+};
+
+/// Reads and checks a robot file and its URDF. Never throws for what a file says; every finding is
+/// a message, and all findings of one reading are reported together. Not real-time.
+LoadResult load_robot(const std::filesystem::path& file, const LoadOptions& options = {});
+
+}  // namespace geodesic::config

@@ -1,0 +1,73 @@
+// All joints of the robot on all its buses as one object: transmit a command, receive a state. It
+// turns joint coordinates into the drives' (direction, ratio, offset) and back, and counts losses.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "control/joint.hpp"
+#include "drivers/bus/bus.hpp"
+#include "drivers/drive.hpp"
+
+namespace geodesic::drivers {
+
+/// One joint's place in the robot: joint position = direction * ratio * drive position + offset;
+/// torque at the joint = direction / ratio * drive torque.
+struct JointOptions {
+  std::string name;        ///< as in the URDF
+  std::size_t bus = 0;     ///< index into ArmOptions::buses
+  DriveOptions drive;
+  double direction = 1.0;  ///< +1 or -1
+  double ratio = 1.0;      ///< > 0, joint units per drive radian (1, or m/rad at a gripper)
+  double offset = 0.0;     ///< [rad or m]
+};
+
+struct ArmOptions {
+  std::vector<BusOptions> buses;     ///< receive and transmit filters are filled in by Arm
+  std::vector<JointOptions> joints;  ///< in the mechanism's order of v
+  /// Virtual buses only: receive() waits for every reply (at most 1 s of real time) and stamps what
+  /// it reads with the tick, so that a run does not depend on how fast this machine is.
+  bool simulated_time = false;
+};
+
+/// Since start, for one joint.
+struct JointCounters {
+  std::uint64_t sent = 0;      ///< frames to this joint's drive
+  std::uint64_t received = 0;  ///< frames from it
+  std::uint64_t lost = 0;      ///< cycles in which a reply was due and did not come in time
+};
+
+class Arm {
+ public:
+  /// Opens every bus and builds every drive. Not real-time.
+  /// @throws BusError, or std::invalid_argument for options no drive can have.
+  explicit Arm(const ArmOptions& options);
+  ~Arm();
+  Arm(const Arm&) = delete;
+  Arm& operator=(const Arm&) = delete;
+
+  /// Sends the cycle's commands, one batch a bus. Real-time; one system call a bus.
+  void transmit(const control::ArmCommand& command, std::int64_t tick_ns) noexcept;
+
+  /// Reads until every joint that was sent to has answered or the deadline (CLOCK_MONOTONIC) has
+  /// passed. Real-time; bounded. The state lives until the next call.
+  const control::ArmState& receive(std::int64_t tick_ns, std::int64_t deadline_ns) noexcept;
+
+  /// Forgets all drives' dialogues and refusals: the next cycles configure them anew. Real-time.
+  void restart() noexcept;
+
+  std::size_t joints() const noexcept;
+  std::size_t buses() const noexcept;
+  const JointCounters& joint_counters(std::size_t joint) const noexcept;
+  const BusCounters& bus_counters(std::size_t bus) const noexcept;
+  const DriveComplaint& complaint(std::size_t joint) const noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace geodesic::drivers

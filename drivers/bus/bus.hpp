@@ -1,0 +1,73 @@
+// What every bus can do, whatever carries it: send at most one cycle of frames, receive in batches,
+// tell its health. Opening and its errors are non-real-time; everything else here is real-time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "control/joint.hpp"
+#include "drivers/bus/frame.hpp"
+
+namespace geodesic::drivers {
+
+/// An 11- or 29-bit identifier to let in.
+struct IdFilter {
+  std::uint32_t id = 0;
+  bool extended = false;
+};
+
+struct BusOptions {
+  std::string name;         ///< how the configuration calls it
+  std::string interface;    ///< "can0", "vcan0", or "unix:PATH"
+  bool fd = false;          ///< frames may be CAN FD; the interface must be able to carry them
+  std::int64_t bit_rate = 1'000'000;       ///< [bit/s], nominal (arbitration) phase
+  std::int64_t data_bit_rate = 5'000'000;  ///< [bit/s], FD data phase
+  std::vector<IdFilter> receive;   ///< let in; empty: everything (monitors, simulated drives)
+  std::vector<IdFilter> transmit;  ///< what this host alone may send; the same from others is foreign
+};
+
+/// Since the bus was opened.
+struct BusCounters {
+  std::uint64_t sent = 0;             ///< frames handed to the kernel
+  std::uint64_t received = 0;         ///< frames read, error frames not among them
+  std::uint64_t send_skipped = 0;     ///< frames not sent since the last cycle's had not left
+  std::uint64_t send_failed = 0;      ///< frames the kernel refused (last_errno says why)
+  std::uint64_t receive_dropped = 0;  ///< frames the kernel dropped since its queue was full
+  std::uint64_t error_frames = 0;
+  std::uint64_t foreign_commands = 0;
+  int last_errno = 0;
+};
+
+class Bus {
+ public:
+  virtual ~Bus() = default;
+
+  /// Hands the cycle's frames to the kernel, all or none: if a frame of the last call has not left
+  /// yet, none is queued behind it; they are counted as skipped and state().stalled is set.
+  /// @return frames sent. Real-time, one system call.
+  virtual std::size_t send(std::span<const Frame> frames) noexcept = 0;
+
+  /// Reads what has arrived, without waiting. @return frames written to `out`; a frame of our own
+  /// never shows. Real-time, bounded by out.size().
+  virtual std::size_t receive(std::span<ReceivedFrame> out) noexcept = 0;
+
+  /// Descriptor that polls readable when receive() has something.
+  virtual int descriptor() const noexcept = 0;
+
+  virtual const control::BusState& state() const noexcept = 0;
+  virtual const BusCounters& counters() const noexcept = 0;
+
+ protected:
+  Bus() = default;
+  Bus(const Bus&) = default;
+  Bus& operator=(const Bus&) = default;
+};
+
+/// Opens the bus that options.interface names. Not real-time.
+/// @throws BusError with what was tried, the reason and the command that helps.
+std::unique_ptr<Bus> open_bus(const BusOptions& options);
+
+}  // namespace geodesic::drivers

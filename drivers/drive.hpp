@@ -1,0 +1,121 @@
+// A drive family's two sides of the bus, seen alike by all who use them: Drive (this host talks to
+// it) and SimulatedDrive (stands in for it). Drive side of the gear: what the drive itself calls
+// position and torque. drivers/families.hpp lists the families.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "control/joint.hpp"
+#include "drivers/bus/bus.hpp"
+#include "drivers/bus/frame.hpp"
+
+namespace geodesic::drivers {
+
+/// What the configuration says of one drive; every figure is compared with the drive's own.
+struct DriveOptions {
+  std::string family;                    ///< as in families.hpp
+  std::uint32_t id = 0;                  ///< where the drive listens
+  std::uint32_t reply_id = 0;            ///< where it answers
+  bool fd = false;                       ///< the bus carries CAN FD with bit-rate switch
+  double position_range_rad = 0.0;       ///< the drive's scaling: codes span +-this (Damiao PMAX)
+  double velocity_range_rad_s = 0.0;     ///< (VMAX)
+  double torque_range_nm = 0.0;          ///< (TMAX)
+  std::int64_t watchdog_ns = 50'000'000; ///< the drive stops on its own after this without command
+  bool clear_errors = false;             ///< clear an error the drive already has at start-up
+};
+
+/// A drive as it last reported, in its own coordinates.
+struct DriveState {
+  double position_rad = 0.0;
+  double velocity_rad_s = 0.0;
+  double torque_nm = 0.0;
+  double temperature_c = 0.0;
+  std::int64_t stamp_ns = 0;
+  control::DriveCondition condition = control::DriveCondition::kUnknown;
+  std::uint8_t error = 0;
+};
+
+/// A command in the drive's own coordinates; meaning as control::JointCommand.
+struct DriveCommand {
+  control::DriveMode mode = control::DriveMode::kMonitor;
+  double torque_nm = 0.0;
+  double position_rad = 0.0;
+  double velocity_rad_s = 0.0;
+  double stiffness_nm_rad = 0.0;
+  double damping_nm_s_rad = 0.0;
+};
+
+/// Why a drive was refused, or what it will not become. Texts are string literals.
+struct DriveComplaint {
+  const char* quantity = nullptr;  ///< e.g. "PMAX (register 21) [rad]"; null: no complaint
+  double found = 0.0;
+  double expected = 0.0;
+  const char* fix = nullptr;       ///< what to do about it
+};
+
+/// Host side of one drive: a state machine that is asked for this cycle's frames and shown every
+/// frame that carries its identifier. Real-time throughout: no allocation, no system call, bounded.
+class Drive {
+ public:
+  virtual ~Drive() = default;
+
+  /// This cycle's frames for the drive: the start-up dialogue until it is configured, then what
+  /// `command` asks for. At most kMaxFramesPerCycle. A non-finite command is never encoded: the
+  /// drive gets zero torque with damping instead, and complaint() says so.
+  /// @return how many frames were written to `out`.
+  static constexpr std::size_t kMaxFramesPerCycle = 2;
+  virtual std::size_t transmit(const DriveCommand& command, std::int64_t now_ns,
+                               std::span<Frame> out) noexcept = 0;
+
+  /// @return true if the frame was a state report of this drive and state() is new.
+  virtual bool receive(const ReceivedFrame& received) noexcept = 0;
+
+  virtual const DriveState& state() const noexcept = 0;
+  virtual const DriveComplaint& complaint() const noexcept = 0;
+
+  /// Begins again at power-on: forgets what was read back and every latched refusal.
+  virtual void restart() noexcept = 0;
+
+  /// Identifiers this drive answers on and is commanded by. Not real-time.
+  virtual std::vector<IdFilter> reply_ids() const = 0;
+  virtual std::vector<IdFilter> command_ids() const = 0;
+
+ protected:
+  Drive() = default;
+  Drive(const Drive&) = default;
+  Drive& operator=(const Drive&) = default;
+};
+
+/// The drive seen from the bus. Not real-time, but allocates nothing once built.
+class SimulatedDrive {
+ public:
+  virtual ~SimulatedDrive() = default;
+
+  /// Shows it a frame on the bus that arrived at now_ns. @return replies written to `out` (0 or 1).
+  virtual std::size_t receive(const Frame& frame, std::int64_t now_ns, std::span<Frame> out) = 0;
+
+  /// Physics moved the output shaft; the drive measures (and quantises) it from here.
+  virtual void set_shaft(double position_rad, double velocity_rad_s) = 0;
+
+  /// Torque on the output shaft [N·m] at now_ns by the last command, the drive's state and its
+  /// own watchdog; 0 when disabled.
+  virtual double torque_nm(std::int64_t now_ns) = 0;
+
+  virtual bool enabled() const = 0;
+  virtual void set_temperature(double celsius) = 0;
+  /// Falls into the family's error `code` as the real drive would, torque off.
+  virtual void inject_error(std::uint8_t code) = 0;
+  /// Off and on: everything volatile is lost.
+  virtual void power_cycle() = 0;
+
+ protected:
+  SimulatedDrive() = default;
+  SimulatedDrive(const SimulatedDrive&) = default;
+  SimulatedDrive& operator=(const SimulatedDrive&) = default;
+};
+
+}  // namespace geodesic::drivers
