@@ -45,8 +45,8 @@ struct SimulationOptions {
   std::vector<SimulatedJoint> joints;  ///< in order of v
   std::vector<double> pose;            ///< start configuration, in order of v [rad or m]
   double floor_z_m = 0.0;
-  bool floor = false;                  ///< there is a floor to touch at floor_z_m
-  double reply_latency_s = 100e-6;     ///< a drive's, from end of command to start of reply
+  bool floor = false;               ///< there is a floor to touch at floor_z_m
+  double reply_latency_s = 100e-6;  ///< a drive's, from end of command to start of reply
 };
 
 struct Robot {
@@ -64,14 +64,15 @@ struct Robot {
 };
 
 struct LoadOptions {
-  bool strict = false;              ///< warnings of the model lint are errors
-  /// Replaces buses: "vcan0" for all, or one for each in order. From --bus of the command line.
+  bool strict = false;  ///< warnings of the model lint are errors
+  /// Replaces the buses' interfaces, one for each in order (a single name for several buses is
+  /// refused: identifiers are told apart by bus). From --bus of the command line.
   std::vector<std::string> bus_override;
 };
 
 struct LoadResult {
-  Robot robot;                     ///< whole only if ok
-  std::vector<Message> messages;   ///< in order of place
+  Robot robot;                    ///< whole only if ok
+  std::vector<Message> messages;  ///< in order of place
   bool ok = false;
 };
 

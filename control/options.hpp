@@ -5,7 +5,9 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "control/joint.hpp"
@@ -17,7 +19,7 @@ enum class LawKind : std::uint8_t {
   kFloat,  ///< gravity + Coriolis compensation, optional joint damping
   kHold,   ///< float plus joint impedance around the pose at entry
   kDamp,   ///< float plus the stop damping: the arm sinks into rest wherever it is
-  kZero,   ///< no compensation: zero torque; for simulation and contrast only
+  kZero,   ///< no compensation: zero torque (walls still push); for simulation and contrast only
 };
 
 /// One joint, in the mechanism's order of v. [rad, N·m] revolute; [m, N] prismatic.
@@ -25,24 +27,26 @@ struct JointTuning {
   std::string name;
 
   // law
-  double damping = 0.0;           ///< float: viscous damping [N·m·s/rad]
-  double hold_stiffness = 0.0;    ///< hold [N·m/rad]
-  double hold_damping = 0.0;      ///< hold [N·m·s/rad]
-  double stop_damping = 1.0;      ///< damp law and controlled stop [N·m·s/rad]
-  double drive_damping = 0.0;     ///< drive-side damping while lowering and on encoder faults
+  double damping = 0.0;         ///< float: viscous damping [N·m·s/rad]
+  double hold_stiffness = 0.0;  ///< hold [N·m/rad]
+  double hold_damping = 0.0;    ///< hold [N·m·s/rad]
+  double stop_damping = 1.0;    ///< damp law and controlled stop [N·m·s/rad]
+  double drive_damping = 0.0;   ///< drive-side damping while lowering and on encoder faults
 
   // what the URDF does not know
-  double rotor_inertia = 0.0;           ///< reflected to the joint [kg·m²]
-  double coulomb_friction = 0.0;        ///< compensated, at the joint [N·m]; 0: none
-  double viscous_friction = 0.0;        ///< compensated [N·m·s/rad]
-  double friction_velocity = 0.1;       ///< width of the smooth Coulomb transition [rad/s], > 0
+  double rotor_inertia = 0.0;      ///< reflected to the joint [kg·m²]
+  double coulomb_friction = 0.0;   ///< compensated, at the joint [N·m]; 0: none
+  double viscous_friction = 0.0;   ///< compensated [N·m·s/rad]
+  double friction_velocity = 0.1;  ///< width of the smooth Coulomb transition [rad/s], > 0
 
   // limits; a hard limit is a fault, a soft limit a spring-damper wall inside it
   double position_lower = -std::numeric_limits<double>::infinity();
   double position_upper = std::numeric_limits<double>::infinity();
-  double soft_margin = 0.1;             ///< the wall begins this far inside the limit [rad]
-  double wall_stiffness = 0.0;          ///< [N·m/rad]
-  double wall_damping = 0.0;            ///< [N·m·s/rad]
+  double position_tolerance = 0.01;  ///< beyond a limit by this is not yet a fault [rad or m]
+  /// The wall begins this far inside the limit [rad or m]; at most a quarter of the range counts.
+  double soft_margin = 0.1;
+  double wall_stiffness = 0.0;  ///< [N·m/rad]
+  double wall_damping = 0.0;    ///< [N·m·s/rad]
   double velocity_limit = std::numeric_limits<double>::infinity();
   double torque_limit = std::numeric_limits<double>::infinity();
   double torque_rate_limit = std::numeric_limits<double>::infinity();  ///< [N·m/s]
@@ -51,28 +55,35 @@ struct JointTuning {
 };
 
 struct SafetyOptions {
-  int silent_cycles = 5;               ///< a joint silent for this many cycles in a row is a fault
-  int overrun_cycles = 10;             ///< as many overruns in a row are a fault
-  double start_ramp_s = 1.0;           ///< authority rises from 0 to 1 in this time
-  double stop_rest_velocity = 0.05;    ///< below it on every joint, the arm is at rest [rad/s, m/s]
-  double stop_rest_s = 0.1;            ///< for this long
-  double stop_timeout_s = 2.0;         ///< a controlled stop goes on to lowering after this
-  double lower_s = 1.0;                ///< authority falls from 1 to 0, drives damping
-  double connect_timeout_s = 3.0;      ///< every joint must be configured and reporting by then
-  double enable_timeout_s = 0.5;       ///< every drive must report enabled by then
-  double start_velocity = 0.1;         ///< starting needs rest: every joint below this [rad/s, m/s]
-  double encoder_jump = 0.5;           ///< a step in one cycle beyond velocity allows: not trusted [rad]
+  int silent_cycles = 5;             ///< a joint silent for this many cycles in a row is a fault
+  int overrun_cycles = 10;           ///< as many overruns in a row are a fault
+  double start_ramp_s = 1.0;         ///< authority rises from 0 to 1 in this time
+  double stop_rest_velocity = 0.05;  ///< below it on every joint, the arm is at rest [rad/s, m/s]
+  double stop_rest_s = 0.1;          ///< for this long
+  double stop_timeout_s = 2.0;       ///< a controlled stop goes on to lowering after this
+  double lower_s = 1.0;              ///< authority falls from 1 to 0, drives damping
+  double connect_timeout_s = 3.0;    ///< every joint must be configured and reporting by then
+  double enable_timeout_s = 0.5;     ///< every drive must report enabled by then
+  double start_velocity = 0.1;       ///< starting needs rest: every joint below this [rad/s, m/s]
+  double encoder_jump = 0.5;  ///< a step in one cycle beyond velocity allows: not trusted [rad]
 };
 
 struct ControllerOptions {
   LawKind law = LawKind::kFloat;
-  bool start_active = true;            ///< go to active(law) as soon as ready
-  bool allow_zero_law = false;         ///< simulation only
-  double velocity_filter_hz = 100.0;   ///< first-order low pass on measured velocity; 0: none
-  std::vector<JointTuning> joints;     ///< one for every degree of freedom, in order of v
+  bool start_active = true;           ///< go to active(law) as soon as ready
+  bool allow_zero_law = false;        ///< simulation only
+  double velocity_filter_hz = 100.0;  ///< first-order low pass on measured velocity; 0: none
+  std::vector<JointTuning> joints;    ///< one for every degree of freedom, in order of v
   SafetyOptions safety;
 };
 
+/// "float", "hold", "damp", "zero": as files and the command line say it.
 const char* to_string(LawKind law) noexcept;
+/// The law of that name; nothing if there is none.
+std::optional<LawKind> law_from_string(std::string_view name) noexcept;
+
+/// What is wrong with these options, each a sentence that names the joint and the option; empty:
+/// nothing. Controller refuses what this complains of. Not real-time.
+std::vector<std::string> check(const ControllerOptions& options);
 
 }  // namespace geodesic::control

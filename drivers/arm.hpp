@@ -17,8 +17,8 @@ namespace geodesic::drivers {
 /// One joint's place in the robot: joint position = direction * ratio * drive position + offset;
 /// torque at the joint = direction / ratio * drive torque.
 struct JointOptions {
-  std::string name;        ///< as in the URDF
-  std::size_t bus = 0;     ///< index into ArmOptions::buses
+  std::string name;     ///< as in the URDF
+  std::size_t bus = 0;  ///< index into ArmOptions::buses
   DriveOptions drive;
   double direction = 1.0;  ///< +1 or -1
   double ratio = 1.0;      ///< > 0, joint units per drive radian (1, or m/rad at a gripper)
@@ -35,7 +35,7 @@ struct ArmOptions {
 
 /// Since start, for one joint.
 struct JointCounters {
-  std::uint64_t sent = 0;      ///< frames to this joint's drive
+  std::uint64_t sent = 0;      ///< frames to this joint's drive that the kernel took
   std::uint64_t received = 0;  ///< frames from it
   std::uint64_t lost = 0;      ///< cycles in which a reply was due and did not come in time
 };
@@ -45,15 +45,25 @@ class Arm {
   /// Opens every bus and builds every drive. Not real-time.
   /// @throws BusError, or std::invalid_argument for options no drive can have.
   explicit Arm(const ArmOptions& options);
+
+  /// The same on buses that are open already, one for each of options.buses and in their order;
+  /// they should let in and guard what filtered_buses() says. Not real-time.
+  /// @throws std::invalid_argument as above, and if the number of buses differs.
+  Arm(const ArmOptions& options, std::vector<std::unique_ptr<Bus>> buses);
+
   ~Arm();
   Arm(const Arm&) = delete;
   Arm& operator=(const Arm&) = delete;
 
-  /// Sends the cycle's commands, one batch a bus. Real-time; one system call a bus.
+  /// Sends the cycle's commands, one batch a bus. Real-time; one system call a bus. A joint beyond
+  /// command.joints is asked to DriveMode::kMonitor.
   void transmit(const control::ArmCommand& command, std::int64_t tick_ns) noexcept;
 
   /// Reads until every joint that was sent to has answered or the deadline (CLOCK_MONOTONIC) has
-  /// passed. Real-time; bounded. The state lives until the next call.
+  /// passed. A reply to an earlier cycle updates the joint's state with its own time stamp, but
+  /// does not count as this cycle's answer; nor does one joint's frame ever for another.
+  /// ArmState::overran is left to the caller, who knows the schedule.
+  /// Real-time; bounded. The state lives until the next call.
   const control::ArmState& receive(std::int64_t tick_ns, std::int64_t deadline_ns) noexcept;
 
   /// Forgets all drives' dialogues and refusals: the next cycles configure them anew. Real-time.
@@ -69,5 +79,10 @@ class Arm {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// options.buses with the filters that the joints' drives ask for: receive their replies, transmit
+/// their commands. Not real-time.
+/// @throws std::invalid_argument for options no drive can have, or drives that share identifiers.
+std::vector<BusOptions> filtered_buses(const ArmOptions& options);
 
 }  // namespace geodesic::drivers

@@ -17,15 +17,15 @@ namespace geodesic::drivers {
 
 /// What the configuration says of one drive; every figure is compared with the drive's own.
 struct DriveOptions {
-  std::string family;                    ///< as in families.hpp
-  std::uint32_t id = 0;                  ///< where the drive listens
-  std::uint32_t reply_id = 0;            ///< where it answers
-  bool fd = false;                       ///< the bus carries CAN FD with bit-rate switch
-  double position_range_rad = 0.0;       ///< the drive's scaling: codes span +-this (Damiao PMAX)
-  double velocity_range_rad_s = 0.0;     ///< (VMAX)
-  double torque_range_nm = 0.0;          ///< (TMAX)
-  std::int64_t watchdog_ns = 50'000'000; ///< the drive stops on its own after this without command
-  bool clear_errors = false;             ///< clear an error the drive already has at start-up
+  std::string family;                     ///< as in families.hpp
+  std::uint32_t id = 0;                   ///< where the drive listens
+  std::uint32_t reply_id = 0;             ///< where it answers
+  bool fd = false;                        ///< the bus carries CAN FD with bit-rate switch
+  double position_range_rad = 0.0;        ///< the drive's scaling: codes span +-this (Damiao PMAX)
+  double velocity_range_rad_s = 0.0;      ///< (VMAX)
+  double torque_range_nm = 0.0;           ///< (TMAX)
+  std::int64_t watchdog_ns = 50'000'000;  ///< the drive stops on its own after this without command
+  bool clear_errors = false;              ///< clear an error the drive already has at start-up
 };
 
 /// A drive as it last reported, in its own coordinates.
@@ -54,7 +54,7 @@ struct DriveComplaint {
   const char* quantity = nullptr;  ///< e.g. "PMAX (register 21) [rad]"; null: no complaint
   double found = 0.0;
   double expected = 0.0;
-  const char* fix = nullptr;       ///< what to do about it
+  const char* fix = nullptr;  ///< what to do about it
 };
 
 /// Host side of one drive: a state machine that is asked for this cycle's frames and shown every

@@ -13,8 +13,8 @@ namespace geodesic::control {
 /// Inertia of a link, in the link's own frame.
 struct LinkInertia {
   double mass_kg = 0.0;
-  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();               ///< centre of mass
-  Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();       ///< about the centre of mass, link axes
+  Eigen::Vector3d com_m = Eigen::Vector3d::Zero();          ///< centre of mass
+  Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();  ///< about the centre of mass, link axes
 };
 
 struct LinkDescription {

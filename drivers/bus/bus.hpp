@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,18 @@
 
 namespace geodesic::drivers {
 
+/// Why a bus cannot be opened or served: what was tried, the reason, the command that helps.
+class BusError : public std::runtime_error {
+ public:
+  explicit BusError(const std::string& message, int error_number = 0)
+      : std::runtime_error(message), error_number_(error_number) {}
+  /// errno of the call that failed; 0 where no call did.
+  int error_number() const noexcept { return error_number_; }
+
+ private:
+  int error_number_;
+};
+
 /// An 11- or 29-bit identifier to let in.
 struct IdFilter {
   std::uint32_t id = 0;
@@ -20,13 +33,14 @@ struct IdFilter {
 };
 
 struct BusOptions {
-  std::string name;         ///< how the configuration calls it
-  std::string interface;    ///< "can0", "vcan0", or "unix:PATH"
-  bool fd = false;          ///< frames may be CAN FD; the interface must be able to carry them
+  std::string name;       ///< how the configuration calls it
+  std::string interface;  ///< "can0", "vcan0", or "unix:PATH"
+  bool fd = false;        ///< frames may be CAN FD; the interface must be able to carry them
   std::int64_t bit_rate = 1'000'000;       ///< [bit/s], nominal (arbitration) phase
   std::int64_t data_bit_rate = 5'000'000;  ///< [bit/s], FD data phase
-  std::vector<IdFilter> receive;   ///< let in; empty: everything (monitors, simulated drives)
-  std::vector<IdFilter> transmit;  ///< what this host alone may send; the same from others is foreign
+  std::vector<IdFilter> receive;  ///< let in; empty: everything (monitors, simulated drives)
+  std::vector<IdFilter>
+      transmit;  ///< what this host alone may send; the same from others is foreign
 };
 
 /// Since the bus was opened.
@@ -46,12 +60,16 @@ class Bus {
   virtual ~Bus() = default;
 
   /// Hands the cycle's frames to the kernel, all or none: if a frame of the last call has not left
-  /// yet, none is queued behind it; they are counted as skipped and state().stalled is set.
-  /// @return frames sent. Real-time, one system call.
+  /// yet, none is queued behind it; they are counted as skipped and state().stalled is set. At most
+  /// kMaxBatch frames a call; what the kernel refuses is counted as failed and never sent again.
+  /// A frame with `error` set goes out as an error frame (fault injection).
+  /// @return frames sent. Real-time, one system call (two on an interface without echo, as vcan).
+  static constexpr std::size_t kMaxBatch = 64;
   virtual std::size_t send(std::span<const Frame> frames) noexcept = 0;
 
   /// Reads what has arrived, without waiting. @return frames written to `out`; a frame of our own
-  /// never shows. Real-time, bounded by out.size().
+  /// never shows. Error frames change state() and show only where BusOptions::receive is empty.
+  /// Real-time, bounded by out.size().
   virtual std::size_t receive(std::span<ReceivedFrame> out) noexcept = 0;
 
   /// Descriptor that polls readable when receive() has something.

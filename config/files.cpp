@@ -1,0 +1,46 @@
+// Reading whole files; see files.hpp.
+#include "config/files.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+namespace geodesic::config {
+
+std::optional<std::string> read_file(const std::filesystem::path& file, Findings& findings,
+                                     const Place& asked_at) {
+  constexpr std::uintmax_t kMost = 16U << 20U;
+  const Place place = asked_at.file.empty() ? Place{file, 0, 0} : asked_at;
+  std::error_code problem;
+  const auto status = std::filesystem::status(file, problem);
+  if (!std::filesystem::exists(status)) {
+    findings.error(place, fmt::format("there is no file {}", quote(file.string())));
+    return std::nullopt;
+  }
+  if (std::filesystem::is_directory(status)) {
+    findings.error(place, fmt::format("{} is a folder, expected a file", quote(file.string())));
+    return std::nullopt;
+  }
+  const auto size = std::filesystem::file_size(file, problem);
+  if (!problem && size > kMost) {
+    findings.error(place, fmt::format("{} has {} bytes, expected at most {}", quote(file.string()),
+                                      size, kMost));
+    return std::nullopt;
+  }
+  errno = 0;
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (stream) text << stream.rdbuf();
+  if (!stream) {
+    findings.error(place, fmt::format("{} cannot be read: {}", quote(file.string()),
+                                      std::generic_category().message(errno)));
+    return std::nullopt;
+  }
+  return text.str();
+}
+
+}  // namespace geodesic::config

@@ -1,0 +1,120 @@
+// load_robot(): reads the file, runs every check, and leaves a Robot or the reasons why not.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "config/checks.hpp"
+#include "config/files.hpp"
+#include "config/options/toml_reader.hpp"
+
+namespace geodesic::config {
+namespace {
+
+control::LawKind law_named(const std::string& name) {
+  for (const control::LawKind law : {control::LawKind::kHold, control::LawKind::kDamp}) {
+    if (name == control::to_string(law)) return law;
+  }
+  return control::LawKind::kFloat;
+}
+
+/// Reads the URDF that the file names, if it names one.
+UrdfResult read_urdf(const RobotFile& file, const std::filesystem::path& robot_file, bool strict,
+                     Robot& robot, Findings& findings) {
+  UrdfResult result;
+  const Given<std::string>& named = file.robot.urdf;
+  if (!named.given) return result;
+  robot.urdf = robot_file.parent_path() / named.value;
+  std::error_code problem;
+  if (!std::filesystem::exists(robot.urdf, problem)) {
+    findings.error(named.place,
+                   fmt::format("urdf: there is no file {} (relative paths begin at the "
+                               "robot file)",
+                               quote(robot.urdf.string())));
+    return result;
+  }
+  result = load_urdf(robot.urdf, strict);
+  for (const Message& message : result.messages) findings.add(message);
+  return result;
+}
+
+}  // namespace
+
+void fill_plain_options(Draft& draft) {
+  const RobotFile& file = draft.file;
+  Robot& robot = draft.robot;
+  robot.name = file.robot.name.value;
+  robot.period_ns = std::llround(1e9 / file.robot.rate_hz.value);
+  robot.gravity = Eigen::Vector3d(file.robot.gravity.value.data());
+  robot.realtime.priority = static_cast<int>(file.realtime.priority.value);
+  robot.realtime.cpus.assign(file.realtime.cpus.value.begin(), file.realtime.cpus.value.end());
+  robot.realtime.receive_deadline = file.realtime.receive_deadline.value;
+
+  robot.controller.law = law_named(file.control.law.value);
+  robot.controller.start_active = file.control.start_active.value;
+  robot.controller.velocity_filter_hz = file.control.velocity_filter_hz.value;
+
+  control::SafetyOptions& to = robot.controller.safety;
+  const SafetyEntry& from = file.safety;
+  to.silent_cycles = static_cast<int>(from.silent_cycles.value);
+  to.overrun_cycles = static_cast<int>(from.overrun_cycles.value);
+  to.start_ramp_s = from.start_ramp_s.value;
+  to.stop_rest_velocity = from.stop_rest_velocity.value;
+  to.stop_rest_s = from.stop_rest_s.value;
+  to.stop_timeout_s = from.stop_timeout_s.value;
+  to.lower_s = from.lower_s.value;
+  to.connect_timeout_s = from.connect_timeout_s.value;
+  to.enable_timeout_s = from.enable_timeout_s.value;
+  to.start_velocity = from.start_velocity.value;
+  to.encoder_jump = from.encoder_jump.value;
+
+  const Given<std::string>& tool = file.robot.tool_link;
+  robot.tool_link = tool.value;
+  if (tool.given && draft.urdf.ok && draft.urdf.links.count(tool.value) == 0) {
+    std::vector<std::string> known;
+    for (const auto& [name, place] : draft.urdf.links) known.push_back(name);
+    draft.findings.error(tool.place,
+                         fmt::format("tool_link: the URDF has no link {}{}", quote(tool.value),
+                                     did_you_mean(tool.value, known)));
+  }
+}
+
+std::vector<std::string> independent_joints(const control::TreeDescription& tree) {
+  std::vector<std::string> names;
+  for (const control::JointDescription& joint : tree.joints) {
+    if (joint.kind != control::JointKind::kFixed && !joint.mimic) names.push_back(joint.name);
+  }
+  return names;
+}
+
+const control::JointDescription* find_joint(const control::TreeDescription& tree,
+                                            std::string_view name) {
+  for (const control::JointDescription& joint : tree.joints) {
+    if (joint.name == name) return &joint;
+  }
+  return nullptr;
+}
+
+LoadResult load_robot(const std::filesystem::path& file, const LoadOptions& options) {
+  LoadResult result;
+  Findings findings;
+  RobotFile written;
+  result.robot.file = file;
+  const auto text = read_file(file, findings);
+  if (text && read_toml(
+                  file, *text, [&](OptionVisitor& o) { describe(o, written); }, findings)) {
+    UrdfResult urdf = read_urdf(written, file, options.strict, result.robot, findings);
+    Draft draft{written, options, urdf, result.robot, findings};
+    fill_plain_options(draft);
+    apply_locks(draft);
+    fill_buses(draft);
+    fill_joints(draft);
+    check_identifiers(draft);
+    fill_simulation(draft);
+    check_budget(draft);
+  }
+  result.ok = !findings.has_errors();
+  result.messages = findings.take();
+  return result;
+}
+
+}  // namespace geodesic::config

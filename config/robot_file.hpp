@@ -1,0 +1,113 @@
+// The layout of a robot file: what may stand in it, as written, with places. Checked against the
+// URDF and the drives, and turned into option structs, elsewhere (robot.cpp).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/options/options.hpp"
+
+namespace geodesic::config {
+
+struct RobotEntry {
+  Given<std::string> name, urdf, tool_link;
+  Given<std::array<double, 3>> gravity{{0.0, 0.0, -9.81}, false, {}};
+  Given<double> rate_hz{1000.0, false, {}};
+  std::vector<NamedNumber> lock;
+};
+
+struct RealtimeEntry {
+  Given<std::int64_t> priority{RealtimeOptions{}.priority, false, {}};
+  Given<std::vector<std::int64_t>> cpus;
+  Given<double> receive_deadline{RealtimeOptions{}.receive_deadline, false, {}};
+};
+
+struct BusEntry {
+  Place place;
+  Given<std::string> name, interface;
+  Given<bool> fd;
+  Given<std::int64_t> bit_rate{drivers::BusOptions{}.bit_rate, false, {}};
+  Given<std::int64_t> data_bit_rate{drivers::BusOptions{}.data_bit_rate, false, {}};
+};
+
+struct DriveEntry {
+  Place place;
+  Given<std::string> family;
+  Given<std::int64_t> id, reply_id;
+  Given<double> position_range_rad, velocity_range_rad_s, torque_range_nm;
+  Given<double> watchdog_ms{
+      static_cast<double>(drivers::DriveOptions{}.watchdog_ns) * 1e-6, false, {}};
+  Given<bool> clear_errors;
+};
+
+struct SimulatedJointEntry {
+  Given<double> coulomb_friction, viscous_friction, rotor_inertia;
+};
+
+struct JointEntry {
+  Place place;
+  Given<std::string> name, bus;
+  DriveEntry drive;
+  Given<std::int64_t> direction{1, false, {}};
+  Given<double> ratio{1.0, false, {}};
+  Given<double> offset;
+
+  Given<double> position_lower, position_upper, velocity_limit, torque_limit, torque_rate_limit;
+  Given<double> soft_margin{control::JointTuning{}.soft_margin, false, {}};
+  Given<double> wall_stiffness{control::JointTuning{}.wall_stiffness, false, {}};
+  Given<double> wall_damping{control::JointTuning{}.wall_damping, false, {}};
+  Given<double> damping{control::JointTuning{}.damping, false, {}};
+  Given<double> hold_stiffness{control::JointTuning{}.hold_stiffness, false, {}};
+  Given<double> hold_damping{control::JointTuning{}.hold_damping, false, {}};
+  Given<double> stop_damping{control::JointTuning{}.stop_damping, false, {}};
+  Given<double> drive_damping{control::JointTuning{}.drive_damping, false, {}};
+  Given<double> rotor_inertia{control::JointTuning{}.rotor_inertia, false, {}};
+  Given<double> coulomb_friction{control::JointTuning{}.coulomb_friction, false, {}};
+  Given<double> viscous_friction{control::JointTuning{}.viscous_friction, false, {}};
+  Given<double> friction_velocity{control::JointTuning{}.friction_velocity, false, {}};
+  Given<double> temperature_warn_c{control::JointTuning{}.temperature_warn_c, false, {}};
+  Given<double> temperature_limit_c{control::JointTuning{}.temperature_limit_c, false, {}};
+  SimulatedJointEntry simulation;
+};
+
+struct ControlEntry {
+  Given<std::string> law{"float", false, {}};
+  Given<bool> start_active{control::ControllerOptions{}.start_active, false, {}};
+  Given<double> velocity_filter_hz{control::ControllerOptions{}.velocity_filter_hz, false, {}};
+};
+
+struct SafetyEntry {
+  Given<std::int64_t> silent_cycles{control::SafetyOptions{}.silent_cycles, false, {}};
+  Given<std::int64_t> overrun_cycles{control::SafetyOptions{}.overrun_cycles, false, {}};
+  Given<double> start_ramp_s{control::SafetyOptions{}.start_ramp_s, false, {}};
+  Given<double> stop_rest_velocity{control::SafetyOptions{}.stop_rest_velocity, false, {}};
+  Given<double> stop_rest_s{control::SafetyOptions{}.stop_rest_s, false, {}};
+  Given<double> stop_timeout_s{control::SafetyOptions{}.stop_timeout_s, false, {}};
+  Given<double> lower_s{control::SafetyOptions{}.lower_s, false, {}};
+  Given<double> connect_timeout_s{control::SafetyOptions{}.connect_timeout_s, false, {}};
+  Given<double> enable_timeout_s{control::SafetyOptions{}.enable_timeout_s, false, {}};
+  Given<double> start_velocity{control::SafetyOptions{}.start_velocity, false, {}};
+  Given<double> encoder_jump{control::SafetyOptions{}.encoder_jump, false, {}};
+};
+
+struct SimulationEntry {
+  std::vector<NamedNumber> pose;
+  Given<double> floor_z_m;
+  Given<double> reply_latency_us{SimulationOptions{}.reply_latency_s * 1e6, false, {}};
+};
+
+struct RobotFile {
+  RobotEntry robot;
+  RealtimeEntry realtime;
+  std::vector<BusEntry> buses;
+  JointEntry joint_defaults;
+  std::vector<JointEntry> joints;
+  ControlEntry control;
+  SafetyEntry safety;
+  SimulationEntry simulation;
+};
+
+/// Shows every option of a robot file to the visitor, in the order of the reference.
+void describe(OptionVisitor& file, RobotFile& out);
+
+}  // namespace geodesic::config

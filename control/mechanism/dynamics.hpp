@@ -1,0 +1,16 @@
+// Everything that can be asked of a mechanism, in one include. README.md says which file computes
+// what, and from which source.
+#pragma once
+
+// IWYU pragma: begin_exports
+#include "control/mechanism/coriolis.hpp"
+#include "control/mechanism/energy.hpp"
+#include "control/mechanism/forward_dynamics.hpp"
+#include "control/mechanism/gravity.hpp"
+#include "control/mechanism/kinematics.hpp"
+#include "control/mechanism/mechanism.hpp"
+#include "control/mechanism/metric.hpp"
+#include "control/mechanism/momentum.hpp"
+#include "control/mechanism/newton_euler.hpp"
+#include "control/mechanism/workspace.hpp"
+// IWYU pragma: end_exports

@@ -1,0 +1,321 @@
+// All joints on all buses: who is sent to, who has answered, and joint units to drive units. What
+// may be configured is checked in arm_options.cpp.
+#include "drivers/arm.hpp"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <ctime>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "drivers/families.hpp"
+#include "rt/clock.hpp"
+
+namespace geodesic::drivers {
+
+namespace {
+
+constexpr std::size_t kBatch = 64;
+constexpr int kMaxBatches = 16;    ///< read from one bus at one wake-up
+constexpr int kMaxWakeUps = 4096;  ///< of one cycle
+constexpr std::int64_t kSimulatedPatienceNs = rt::kNanosecondsPerSecond;
+/// Arrival stamps come from another clock than now_ns(); a reply that seems to precede its command
+/// by no more than this belongs to it.
+constexpr std::int64_t kStampToleranceNs = 50'000;
+
+/// An identifier, the extended ones apart from the standard ones.
+std::uint64_t address(std::uint32_t id, bool extended) noexcept {
+  return (extended ? std::uint64_t{1} << 32U : 0U) | id;
+}
+
+struct Route {
+  std::uint64_t address = 0;
+  std::size_t joint = 0;
+};
+
+struct Joint {
+  std::unique_ptr<Drive> drive;
+  std::size_t line = 0;
+  double scale = 1.0;  ///< direction * ratio
+  double offset = 0.0;
+  std::size_t sent = 0;   ///< this cycle's frames that the kernel took
+  std::size_t heard = 0;  ///< frames that answer them
+  bool answered = false;
+  JointCounters counters;
+};
+
+struct Line {
+  std::unique_ptr<Bus> bus;
+  std::vector<Route> routes;        ///< sorted by address
+  std::vector<Frame> frames;        ///< this cycle's, [0 .. filled)
+  std::vector<std::size_t> owners;  ///< joint of each frame
+  std::size_t filled = 0;
+  std::size_t owed = 0;  ///< joints on this bus that have not answered
+  std::int64_t sent_ns = 0;
+  bool read = false;  ///< in this cycle
+  bool gone = false;  ///< waiting on it is in vain in this cycle
+  short events = 0;   ///< what poll said of it
+};
+
+DriveCommand to_drive(const control::JointCommand& command, const Joint& joint) noexcept {
+  return {.mode = command.mode,
+          .torque_nm = command.torque * joint.scale,
+          .position_rad = (command.position - joint.offset) / joint.scale,
+          .velocity_rad_s = command.velocity / joint.scale,
+          .stiffness_nm_rad = command.stiffness * joint.scale * joint.scale,
+          .damping_nm_s_rad = command.damping * joint.scale * joint.scale};
+}
+
+void to_joint(const DriveState& drive, const Joint& joint, control::JointState& out) noexcept {
+  out.position = drive.position_rad * joint.scale + joint.offset;
+  out.velocity = drive.velocity_rad_s * joint.scale;
+  out.torque = drive.torque_nm / joint.scale;
+  out.temperature_c = drive.temperature_c;
+  out.stamp_ns = drive.stamp_ns;
+}
+
+}  // namespace
+
+struct Arm::Impl {
+  Impl(const ArmOptions& options, std::vector<std::unique_ptr<Bus>> buses);
+
+  void read_replies(std::int64_t tick_ns, std::int64_t deadline_ns) noexcept;
+  bool wait(std::int64_t deadline_ns) noexcept;
+  void drain(Line& line, std::int64_t tick_ns) noexcept;
+  void take(Line& line, ReceivedFrame& received, std::int64_t tick_ns) noexcept;
+
+  bool simulated_time;
+  std::vector<Joint> joints;
+  std::vector<Line> lines;
+  std::array<pollfd, control::kMaxBuses> waits{};
+  std::array<ReceivedFrame, kBatch> batch{};
+  std::int64_t last_tick_ns = 0;
+  control::ArmState state;
+};
+
+Arm::Impl::Impl(const ArmOptions& options, std::vector<std::unique_ptr<Bus>> buses)
+    : simulated_time(options.simulated_time) {
+  if (buses.size() != options.buses.size()) {
+    throw std::invalid_argument("the arm was given " + std::to_string(buses.size()) +
+                                " open buses; its options name " +
+                                std::to_string(options.buses.size()));
+  }
+  for (std::unique_ptr<Bus>& bus : buses) {
+    lines.emplace_back().bus = std::move(bus);
+  }
+  for (const JointOptions& joint : options.joints) {
+    Line& line = lines[joint.bus];
+    Joint& added = joints.emplace_back();
+    added.drive = find_family(joint.drive.family)->make_drive(joint.drive);
+    added.line = joint.bus;
+    added.scale = joint.direction * joint.ratio;
+    added.offset = joint.offset;
+    for (const IdFilter& reply : added.drive->reply_ids()) {
+      line.routes.push_back({address(reply.id, reply.extended), joints.size() - 1});
+    }
+    line.frames.resize(line.frames.size() + Drive::kMaxFramesPerCycle);
+    line.owners.resize(line.frames.size());
+  }
+  for (Line& line : lines) {
+    std::sort(line.routes.begin(), line.routes.end(),
+              [](const Route& a, const Route& b) { return a.address < b.address; });
+  }
+  state.joints = joints.size();
+  state.buses = lines.size();
+}
+
+void Arm::Impl::read_replies(std::int64_t tick_ns, std::int64_t deadline_ns) noexcept {
+  for (int wake_up = 0; wake_up < kMaxWakeUps && wait(deadline_ns); ++wake_up) {
+    for (Line& line : lines) {
+      if (line.events == 0) {
+        continue;
+      }
+      drain(line, tick_ns);
+      // Closed, or down and in error: it would wake us at once for the rest of the cycle.
+      line.gone = (line.events & (POLLHUP | POLLNVAL)) != 0 ||
+                  ((line.events & POLLERR) != 0 && line.bus->state().down);
+    }
+  }
+  for (Line& line : lines) {
+    if (!line.read) {
+      drain(line, tick_ns);  // error frames, late replies, foreign commanders
+    }
+  }
+}
+
+bool Arm::Impl::wait(std::int64_t deadline_ns) noexcept {
+  std::array<Line*, control::kMaxBuses> waiting{};
+  std::size_t count = 0;
+  for (Line& line : lines) {
+    line.events = 0;
+    if (line.owed > 0 && !line.gone) {
+      waits[count] = {line.bus->descriptor(), POLLIN, 0};
+      waiting[count++] = &line;
+    }
+  }
+  if (count == 0) {
+    return false;
+  }
+  const std::int64_t left_ns = deadline_ns - rt::now_ns();
+  if (left_ns <= 0) {
+    return false;
+  }
+  timespec left{};
+  left.tv_sec = static_cast<decltype(left.tv_sec)>(left_ns / rt::kNanosecondsPerSecond);
+  left.tv_nsec = static_cast<decltype(left.tv_nsec)>(left_ns % rt::kNanosecondsPerSecond);
+  if (ppoll(waits.data(), count, &left, nullptr) > 0) {
+    for (std::size_t i = 0; i < count; ++i) {
+      waiting[i]->events = waits[i].revents;
+    }
+  }
+  return true;  // a signal or the deadline woke us: the clock decides the next time
+}
+
+void Arm::Impl::drain(Line& line, std::int64_t tick_ns) noexcept {
+  line.read = true;
+  for (int round = 0; round < kMaxBatches; ++round) {
+    const std::size_t count = std::min(line.bus->receive(batch), batch.size());
+    for (std::size_t i = 0; i < count; ++i) {
+      take(line, batch[i], tick_ns);
+    }
+    if (count < batch.size()) {
+      return;
+    }
+  }
+}
+
+void Arm::Impl::take(Line& line, ReceivedFrame& received, std::int64_t tick_ns) noexcept {
+  if (received.frame.error) {
+    return;
+  }
+  const std::uint64_t wanted = address(received.frame.id, received.frame.extended);
+  const auto route =
+      std::lower_bound(line.routes.begin(), line.routes.end(), wanted,
+                       [](const Route& a, std::uint64_t b) { return a.address < b; });
+  if (route == line.routes.end() || route->address != wanted) {
+    return;
+  }
+  Joint& joint = joints[route->joint];
+  control::JointState& out = state.joint[route->joint];
+  // What was on its way before this cycle's command left cannot be its answer.
+  const bool timely = received.stamp_ns >= line.sent_ns - kStampToleranceNs;
+  if (simulated_time) {
+    received.stamp_ns = timely ? tick_ns : last_tick_ns;
+  }
+  ++joint.counters.received;
+  const bool report = joint.drive->receive(received);
+  if (report) {
+    to_joint(joint.drive->state(), joint, out);
+    out.fresh = out.fresh || timely;
+  }
+  if (timely && joint.sent > 0 && !joint.answered) {
+    ++joint.heard;
+    joint.answered = report || joint.heard >= joint.sent;
+    line.owed -= joint.answered ? 1 : 0;
+  }
+}
+
+Arm::Arm(const ArmOptions& options) {
+  std::vector<std::unique_ptr<Bus>> buses;
+  for (const BusOptions& bus : filtered_buses(options)) {
+    buses.push_back(open_bus(bus));
+  }
+  impl_ = std::make_unique<Impl>(options, std::move(buses));
+}
+
+Arm::Arm(const ArmOptions& options, std::vector<std::unique_ptr<Bus>> buses) {
+  filtered_buses(options);  // for its checks
+  impl_ = std::make_unique<Impl>(options, std::move(buses));
+}
+
+Arm::~Arm() = default;
+
+void Arm::transmit(const control::ArmCommand& command, std::int64_t tick_ns) noexcept {
+  static constexpr control::JointCommand kMonitor;
+  for (std::size_t i = 0; i < impl_->joints.size(); ++i) {
+    Joint& joint = impl_->joints[i];
+    Line& line = impl_->lines[joint.line];
+    joint.sent = 0;
+    joint.heard = 0;
+    joint.answered = false;
+    const std::span<Frame> room =
+        std::span(line.frames).subspan(line.filled, Drive::kMaxFramesPerCycle);
+    const DriveCommand wanted = to_drive(i < command.joints ? command.joint[i] : kMonitor, joint);
+    const std::size_t added = std::min(joint.drive->transmit(wanted, tick_ns, room), room.size());
+    std::fill_n(line.owners.begin() + static_cast<std::ptrdiff_t>(line.filled), added, i);
+    line.filled += added;
+  }
+  for (Line& line : impl_->lines) {
+    line.sent_ns = rt::now_ns();
+    line.owed = 0;
+    const std::span<const Frame> frames = std::span(line.frames).first(line.filled);
+    const std::size_t sent = frames.empty() ? 0 : line.bus->send(frames);
+    // A joint whose frames stayed here owes no reply.
+    for (std::size_t i = 0; i < std::min(sent, line.filled); ++i) {
+      Joint& joint = impl_->joints[line.owners[i]];
+      line.owed += joint.sent == 0 ? 1 : 0;
+      ++joint.sent;
+      ++joint.counters.sent;
+    }
+    line.filled = 0;
+  }
+}
+
+const control::ArmState& Arm::receive(std::int64_t tick_ns, std::int64_t deadline_ns) noexcept {
+  Impl& arm = *impl_;
+  control::ArmState& state = arm.state;
+  state.tick_ns = tick_ns;
+  for (std::size_t i = 0; i < arm.joints.size(); ++i) {
+    state.joint[i].fresh = false;
+  }
+  for (Line& line : arm.lines) {
+    line.read = false;
+    line.gone = false;
+  }
+  arm.read_replies(tick_ns, arm.simulated_time ? rt::now_ns() + kSimulatedPatienceNs : deadline_ns);
+  for (std::size_t i = 0; i < arm.joints.size(); ++i) {
+    Joint& joint = arm.joints[i];
+    joint.counters.lost += joint.sent > 0 && !joint.answered ? 1 : 0;
+    joint.sent = 0;
+    const DriveState& drive = joint.drive->state();
+    state.joint[i].condition = drive.condition;
+    state.joint[i].drive_error = drive.error;
+  }
+  for (std::size_t i = 0; i < arm.lines.size(); ++i) {
+    arm.lines[i].owed = 0;
+    state.bus[i] = arm.lines[i].bus->state();
+  }
+  arm.last_tick_ns = tick_ns;
+  return state;
+}
+
+void Arm::restart() noexcept {
+  for (Joint& joint : impl_->joints) {
+    joint.drive->restart();
+  }
+}
+
+std::size_t Arm::joints() const noexcept {
+  return impl_->joints.size();
+}
+
+std::size_t Arm::buses() const noexcept {
+  return impl_->lines.size();
+}
+
+const JointCounters& Arm::joint_counters(std::size_t joint) const noexcept {
+  return impl_->joints[joint].counters;
+}
+
+const BusCounters& Arm::bus_counters(std::size_t bus) const noexcept {
+  return impl_->lines[bus].bus->counters();
+}
+
+const DriveComplaint& Arm::complaint(std::size_t joint) const noexcept {
+  return impl_->joints[joint].drive->complaint();
+}
+
+}  // namespace geodesic::drivers

@@ -1,0 +1,58 @@
+// A client of the socket bus: the same Bus as SocketCAN's, where the kernel has no CAN. The hub
+// that carries the frames lives in socket_bus_hub.
+#pragma once
+
+#include <sys/socket.h>
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "drivers/bus/bus.hpp"
+#include "drivers/bus/bus_lock.hpp"
+#include "drivers/bus/descriptor.hpp"
+#include "drivers/bus/socket_bus_wire.hpp"
+#include "drivers/bus/traffic.hpp"
+#include "drivers/bus/unix_address.hpp"
+
+namespace geodesic::drivers {
+
+class SocketBus final : public Bus {
+ public:
+  /// Not real-time. @throws BusError if nobody serves the path.
+  explicit SocketBus(const BusOptions& options);
+
+  std::size_t send(std::span<const Frame> frames) noexcept override;
+  std::size_t receive(std::span<ReceivedFrame> out) noexcept override;
+  int descriptor() const noexcept override { return socket_.get(); }
+  const control::BusState& state() const noexcept override { return traffic_.state(); }
+  const BusCounters& counters() const noexcept override { return traffic_.counters(); }
+
+ private:
+  static constexpr std::size_t kMessages = 8;
+
+  bool can_carry(const Frame& frame) const noexcept;
+  bool reconnect() noexcept;
+  void gone(int error_number) noexcept;
+  std::size_t read_batch() noexcept;
+  void take_in(std::span<const std::byte> message, std::int64_t now_ns) noexcept;
+
+  UnixAddress address_;
+  bool fd_;
+  Traffic traffic_;
+  std::optional<BusLock> lock_;
+  Descriptor socket_;
+  Descriptor idle_;  // takes the socket's place in poll() while the hub is gone: never readable
+  int sends_until_reconnect_ = 0;
+  WireWriter writer_;
+  std::vector<std::array<std::byte, kWireMessageBytes>> buffers_;
+  std::array<iovec, kMessages> vectors_{};
+  std::array<mmsghdr, kMessages> messages_{};
+};
+
+/// Not real-time. @throws BusError.
+std::unique_ptr<Bus> open_socket_bus(const BusOptions& options);
+
+}  // namespace geodesic::drivers

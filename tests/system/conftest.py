@@ -1,0 +1,51 @@
+"""The real daemon against the simulated arm, two processes on a bus (--bus vcan or unix)."""
+import pathlib
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools" / "demonstration"))
+
+from programs import Pair, may_be_realtime  # noqa: E402
+
+
+def pytest_addoption(parser):
+    parser.addoption("--bus", choices=["vcan", "unix"], default="unix")
+    parser.addoption("--binaries", default=str(ROOT / "build" / "default" / "tools"))
+
+
+@pytest.fixture
+def bus(request):
+    return request.config.getoption("--bus")
+
+
+@pytest.fixture
+def binaries(request):
+    return pathlib.Path(request.config.getoption("--binaries"))
+
+
+@pytest.fixture
+def realtime():
+    """What the daemon needs to be told to run here in real time: nothing, or --best-effort."""
+    return [] if may_be_realtime() else ["--best-effort"]
+
+
+@pytest.fixture
+def robot_file():
+    return lambda name: ROOT / "config" / "robots" / name / "robot.toml"
+
+
+@pytest.fixture
+def pair(request, binaries, bus, tmp_path, robot_file):
+    """pair("planar2r") -> simulated arm and daemon to be started; ended with the test."""
+    opened = []
+
+    def make(robot):
+        path = robot if isinstance(robot, pathlib.Path) else robot_file(robot)
+        opened.append(Pair(binaries, path, bus, tmp_path / f"pair{len(opened)}"))
+        return opened[-1]
+
+    yield make
+    for one in opened:
+        one.close()

@@ -1,0 +1,191 @@
+"""What goes wrong while the arm floats, and the state that must follow: one row, one test."""
+import json
+import pathlib
+import re
+import signal
+import subprocess
+import time
+
+import pytest
+
+RELEASE_S = 1.2
+
+# (what the simulated drive does, fault the daemon must name, class of that fault)
+DRIVE_FAULTS = [
+    ("silent", "joint_silent", "controlled_stop"),
+    ("error=0xB", "drive_error", "controlled_stop"),
+    ("error=0xA", "drive_error", "controlled_stop"),
+    ("power-cycle", "drive_disabled", "controlled_stop"),
+]
+
+
+@pytest.mark.parametrize("kind, fault, action", DRIVE_FAULTS)
+def test_drive_fault(pair, kind, fault, action):
+    """A joint fails 2 s after the drives were enabled: named, with joint and moment, and safe."""
+    it = pair("openarm")
+    sim = it.sim("--lockstep", "--release", RELEASE_S, "--fault", f"openarm_joint4:{kind}@2.0")
+    daemon = it.daemon("--simulated-time", "--seconds", 10, "--exit-on-fault")
+    assert daemon.wait(120) == 3, it.logs()
+    sim.stop()
+    summary = it.summary("daemon")
+    assert summary["final_state"] == "fault"
+    first = summary["faults"][0]
+    assert (first["name"], first["joint"], first["class"]) == (fault, "openarm_joint4", action)
+    log = daemon.output()
+    assert fault in log and "openarm_joint4" in log
+
+
+def test_simulator_killed(pair, realtime):
+    """SIGKILL of the drives' side: every joint falls silent, the daemon says so and ends in fault."""
+    it = pair("planar2r")
+    sim = it.sim("--release", RELEASE_S)
+    daemon = it.daemon("--exit-on-fault", *realtime)
+    it.wait_for_state("active")
+    sim.kill()
+    assert daemon.wait(30) == 3, it.logs()
+    summary = it.summary("daemon")
+    assert summary["final_state"] == "fault"
+    assert {f["name"] for f in summary["faults"]} & {"joint_silent", "bus_down"}
+
+
+def test_daemon_killed(pair, realtime):
+    """SIGKILL of the daemon: every drive's own watchdog takes the torque away within its time-out."""
+    it = pair("planar2r")
+    sim = it.sim("--release", RELEASE_S)
+    daemon = it.daemon(*realtime)
+    it.wait_for_state("active")
+    time.sleep(0.5)
+    daemon.kill()
+    time.sleep(1.0)
+    sim.stop()
+    truth = it.summary("sim")
+    assert all(joint["watchdog_trips"] == 1 for joint in truth["joints"]), truth
+    assert all(joint["enabled"] is False for joint in truth["joints"]), truth
+
+
+def test_daemon_killed_and_started_again(pair, realtime):
+    """After a watchdog the drives stay off until told to clear, and the refusal says how."""
+    it = pair("planar2r")
+    it.sim("--release", RELEASE_S)
+    daemon = it.daemon(*realtime)
+    it.wait_for_state("active")
+    daemon.kill()
+    time.sleep(0.5)
+    again = it.daemon("--exit-on-fault", *realtime)
+    assert again.wait(30) == 3, it.logs()
+    assert "clear_errors" in again.output(), again.output()
+    assert "communication lost" in again.output().lower(), again.output()
+
+
+def test_second_daemon_is_refused(pair, realtime, binaries, tmp_path):
+    it = pair("planar2r")
+    it.sim("--release", RELEASE_S)
+    it.daemon(*realtime)
+    it.wait_for_state("active")
+    second = subprocess.run(
+        [binaries / "geodesicd", it.robot, *it.bus_arguments, "--socket", tmp_path / "other.sock",
+         *realtime], capture_output=True, text=True, timeout=20, check=False)
+    assert second.returncode == 1
+    assert "already" in second.stderr + second.stdout
+    assert it.status.status()["state"] == "active", "the first one must not have noticed"
+
+
+def test_sigterm_is_a_controlled_stop(pair, realtime):
+    it = pair("planar2r")
+    sim = it.sim("--release", RELEASE_S)
+    daemon = it.daemon(*realtime)
+    it.wait_for_state("active")
+    time.sleep(0.5)
+    assert daemon.stop() == 0, it.logs()
+    sim.stop()
+    summary, truth = it.summary("daemon"), it.summary("sim")
+    assert summary["final_state"] == "off" and summary["faults"] == []
+    assert all(joint["enabled"] is False and joint["watchdog_trips"] == 0
+               for joint in truth["joints"]), truth
+
+
+def test_stop_and_law_by_command(pair, realtime, binaries):
+    it = pair("planar2r")
+    it.sim("--release", RELEASE_S)
+    it.daemon(*realtime)
+    it.wait_for_state("active")
+    geodesic = lambda *a: subprocess.run(  # noqa: E731
+        [binaries / "geodesic", *a, "--socket", it.socket], capture_output=True, text=True,
+        timeout=20, check=False)
+    assert geodesic("law", "hold").returncode == 0
+    time.sleep(0.3)
+    assert it.status.status()["law"] == "hold"
+    typo = geodesic("law", "flaot")
+    assert typo.returncode != 0 and "float" in typo.stderr + typo.stdout
+    assert geodesic("stop").returncode == 0
+    it.wait_for_state("off")
+    shown = geodesic("status", "--once")
+    assert shown.returncode == 0 and "joint1" in shown.stdout, shown
+    assert json.loads(geodesic("status", "--json", "--once").stdout)["state"] == "off"
+    assert geodesic("law", "float").returncode == 0
+    it.wait_for_state("active")
+
+
+def test_interrupt_while_connecting(pair, realtime):
+    """Nobody answers: the daemon says who is silent, and SIGINT ends it at once."""
+    it = pair("planar2r")
+    sim = it.sim()
+    sim.send(signal.SIGSTOP)
+    daemon = it.daemon(*realtime)
+    time.sleep(1.0)
+    daemon.send(signal.SIGINT)
+    status = daemon.wait(20)
+    sim.send(signal.SIGCONT)
+    assert status == 0, it.logs()
+
+
+def changed(robot_file, tmp_path, pattern, replacement):
+    source = robot_file("planar2r")
+    text = source.read_text(encoding="utf-8")
+    text, count = re.subn(pattern, replacement, text, count=1, flags=re.M)
+    assert count == 1, f"{pattern} is not in {source}"
+    folder = pathlib.Path(tmp_path, "changed")
+    folder.mkdir()
+    (folder / "planar2r.urdf").write_bytes((source.parent / "planar2r.urdf").read_bytes())
+    (folder / "robot.toml").write_text(text, encoding="utf-8")
+    return folder / "robot.toml"
+
+
+@pytest.mark.parametrize("pattern, replacement, expected", [
+    (r"^rate_hz *= *\d+", "rate_hz = 4000", "rate"),
+    (r"^name *= *\"joint2\"", 'name = "jiont2"', "joint2"),
+    (r"^urdf *= *.*$", 'urdf = "missing.urdf"', "missing.urdf"),
+    (r"^\[robot\]$", "[robot]\nnonsense = 1", "nonsense"),
+    (r"^\[robot\]$", "[robot", "robot.toml:"),
+])
+def test_bad_config(binaries, robot_file, tmp_path, pattern, replacement, expected):
+    """Refused with file, line and column; nothing is started and no summary pretends otherwise."""
+    robot = changed(robot_file, tmp_path, pattern, replacement)
+    for program in (["geodesicd"], ["geodesic", "check"], ["geodesic", "sim"]):
+        run = subprocess.run([binaries / program[0], *program[1:], robot, "--bus",
+                              f"unix:{tmp_path}/b"], capture_output=True, text=True, timeout=20,
+                             check=False)
+        said = run.stdout + run.stderr
+        assert run.returncode == 1, (program, said)
+        assert re.search(r"(robot\.toml|\.urdf):\d+:\d+: error:", said), (program, said)
+        assert expected in said, (program, said)
+
+
+def test_drive_contradicts_config(pair, robot_file, tmp_path, realtime):
+    """The drive's own range is not the configured one: refused before any torque, by register."""
+    it = pair("planar2r")
+    sim = it.sim()
+    source = robot_file("planar2r").read_text(encoding="utf-8")
+    wrong = re.sub(r"velocity_range_rad_s *= *[\d.]+", "velocity_range_rad_s = 30.0", source)
+    assert wrong != source
+    folder = pathlib.Path(tmp_path, "wrong")
+    folder.mkdir()
+    (folder / "robot.toml").write_text(wrong, encoding="utf-8")
+    urdf = robot_file("planar2r").parent / "planar2r.urdf"
+    (folder / "planar2r.urdf").write_bytes(urdf.read_bytes())
+    it.robot = folder / "robot.toml"
+    daemon = it.daemon("--exit-on-fault", *realtime)
+    assert daemon.wait(30) == 3, it.logs()
+    assert "VMAX" in daemon.output() and "drive_refused" in daemon.output()
+    sim.stop()
+    assert all(joint["max_torque"] == 0 for joint in it.summary("sim")["joints"])

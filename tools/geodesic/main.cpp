@@ -1,0 +1,64 @@
+// `geodesic`: the command line. Picks the subcommand, turns errors into words and exit statuses.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+
+#include "drivers/bus/bus.hpp"
+#include "tools/geodesic/command.hpp"
+#include "tools/geodesicd/control_socket.hpp"
+
+namespace geodesic::tools {
+namespace {
+
+constexpr const char* kExamples =
+    "  geodesic check robot.toml                 is this file right? does the bus carry the rate?\n"
+    "  geodesic sim robot.toml --bus vcan0       a simulated arm that answers on vcan0\n"
+    "  geodesic status                           what the running daemon does\n"
+    "  geodesic law hold                         hold the pose\n"
+    "  geodesic COMMAND --help                   all about a command";
+
+int call(int argc, const char* const* argv) {
+  CLI::App app(
+      "Tools for robot arms that float: simulate, check, compute, decode, and talk to the "
+      "running daemon (geodesicd).",
+      "geodesic");
+  app.set_version_flag("--version", "geodesic " GEODESIC_VERSION, "print the version");
+  app.require_subcommand(1);
+  app.footer(footer(kExamples));
+  Run run;
+  add_sim(app, run);
+  add_bus(app, run);
+  add_check(app, run);
+  add_model(app, run);
+  add_decode(app, run);
+  add_status(app, run);
+  add_law(app, run);
+  add_stop(app, run);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error, std::cout, std::cerr) == 0 ? kExitOk : kExitUsage;
+  }
+  return run ? run() : kExitUsage;
+}
+
+int guarded(int argc, const char* const* argv) {
+  try {
+    return call(argc, argv);
+  } catch (const BadInput& bad) {
+    if (*bad.what() != '\0') fmt::print(stderr, "geodesic: error: {}\n", bad.what());
+  } catch (const std::exception& error) {  // BusError, ControlError, std::invalid_argument, ...
+    fmt::print(stderr, "geodesic: error: {}\n", error.what());
+  }
+  return kExitRefused;
+}
+
+}  // namespace
+}  // namespace geodesic::tools
+
+int main(int argc, char** argv) {
+  return geodesic::tools::guarded(argc, argv);
+}

@@ -1,0 +1,109 @@
+// The daemon's status as a table for people; see the header.
+#include "tools/geodesic/status_table.hpp"
+
+#include <fmt/format.h>
+
+namespace geodesic::tools {
+namespace {
+
+using nlohmann::json;
+
+std::string number(const json& object, const char* key, const char* format) {
+  const auto found = object.find(key);
+  if (found == object.end() || !found->is_number()) return "-";
+  return fmt::format(fmt::runtime(format), found->get<double>());
+}
+
+std::string text(const json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "-";
+}
+
+std::string head(const json& status) {
+  std::string result =
+      fmt::format("{}: {}, law {}, authority {}, {} s\n", text(status, "robot"),
+                  text(status, "state"), text(status, "law"), number(status, "authority", "{:.2f}"),
+                  number(status, "time_s", "{:.1f}"));
+  const bool realtime = status.value("realtime", false);
+  return result +
+         fmt::format("{} cycles, {} missed, {} page faults, {} allocations{}\n",
+                     number(status, "cycles", "{:.0f}"), number(status, "missed", "{:.0f}"),
+                     number(status, "page_faults", "{:.0f}"),
+                     number(status, "allocations", "{:.0f}"),
+                     realtime ? "" : ", NOT real-time: " + text(status, "realtime_reason"));
+}
+
+std::string latencies(const json& status) {
+  std::string result;
+  const auto found = status.find("latencies");
+  if (found == status.end()) return result;
+  for (const char* key : {"wake_latency_ns", "cycle_time_ns", "state_to_torque_ns"}) {
+    const auto histogram = found->find(key);
+    if (histogram == found->end()) continue;
+    const auto micro = [&](const char* part) {
+      const auto value = histogram->find(part);
+      return value != histogram->end() && value->is_number() ? value->get<double>() * 1e-3 : 0.0;
+    };
+    const std::string name(key, std::string_view(key).size() - 3);
+    result += fmt::format("{:<18} p50 {:>8.1f}  p99 {:>8.1f}  p99.9 {:>8.1f}  max {:>8.1f} us\n",
+                          name, micro("p50"), micro("p99"), micro("p999"), micro("max"));
+  }
+  return result;
+}
+
+std::string joints(const json& status) {
+  std::string result =
+      fmt::format("{:<26}{:>11}{:>11}{:>11}{:>11}{:>11}{:>7}{:>7}  {}\n", "joint", "angle",
+                  "velocity", "torque", "command", "model", "C", "lost", "drive");
+  const auto found = status.find("joints");
+  if (found == status.end()) return result;
+  for (const json& joint : *found) {
+    std::string drive = text(joint, "condition");
+    if (joint.contains("drive_error")) drive += ": " + text(joint, "drive_error");
+    if (joint.contains("complaint")) drive += ": " + text(joint, "complaint");
+    result +=
+        fmt::format("{:<26}{:>11}{:>11}{:>11}{:>11}{:>11}{:>7}{:>7}  {}\n", text(joint, "name"),
+                    number(joint, "position", "{:+.4f}"), number(joint, "velocity", "{:+.4f}"),
+                    number(joint, "torque", "{:+.3f}"), number(joint, "command", "{:+.3f}"),
+                    number(joint, "model", "{:+.3f}"), number(joint, "temperature", "{:.0f}"),
+                    number(joint, "lost", "{:.0f}"), drive);
+  }
+  return result;
+}
+
+std::string buses(const json& status) {
+  std::string result;
+  const auto found = status.find("buses");
+  if (found == status.end()) return result;
+  for (const json& bus : *found) {
+    result +=
+        fmt::format("bus {} ({}): {}, {} sent, {} received, {} skipped, {} error frames\n",
+                    text(bus, "name"), text(bus, "interface"), text(bus, "state"),
+                    number(bus, "sent", "{:.0f}"), number(bus, "received", "{:.0f}"),
+                    number(bus, "send_skipped", "{:.0f}"), number(bus, "error_frames", "{:.0f}"));
+  }
+  return result;
+}
+
+std::string faults(const json& status) {
+  constexpr std::size_t kLast = 5;
+  std::string result;
+  const auto found = status.find("faults");
+  if (found == status.end() || !found->is_array()) return result;
+  const std::size_t first = found->size() > kLast ? found->size() - kLast : 0;
+  for (std::size_t i = first; i < found->size(); ++i) {
+    const json& fault = (*found)[i];
+    result += fmt::format("fault at {} s: {}\n", number(fault, "time", "{:.3f}"),
+                          fault.contains("text") ? text(fault, "text") : text(fault, "name"));
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string status_table(const nlohmann::json& status) {
+  return head(status) + "\n" + joints(status) + "\n" + latencies(status) + buses(status) +
+         faults(status);
+}
+
+}  // namespace geodesic::tools

@@ -1,0 +1,284 @@
+// Events in words.
+#include "tools/geodesicd/event_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "drivers/families.hpp"
+
+namespace geodesic::tools {
+
+using control::Fault;
+
+namespace {
+
+/// What found and limit of a fault measure.
+enum class Quantity : std::uint8_t {
+  kNone,
+  kCycles,
+  kPosition,
+  kVelocity,
+  kTorque,
+  kTemperature,
+  kSeconds
+};
+
+Quantity quantity(Fault fault) {
+  switch (fault) {
+    case Fault::kJointSilent:
+    case Fault::kOverrun:
+      return Quantity::kCycles;
+    case Fault::kPositionLimit:
+    case Fault::kStartOutsideLimits:
+    case Fault::kEncoderJump:
+      return Quantity::kPosition;
+    case Fault::kVelocityLimit:
+    case Fault::kNotAtRest:
+    case Fault::kEnableTimeout:
+      return Quantity::kVelocity;
+    case Fault::kTorqueSaturated:
+      return Quantity::kTorque;
+    case Fault::kTemperatureWarn:
+    case Fault::kTemperatureLimit:
+      return Quantity::kTemperature;
+    case Fault::kConnectTimeout:
+      return Quantity::kSeconds;
+    default:
+      return Quantity::kNone;
+  }
+}
+
+const char* unit(Quantity what, int joint, const Vocabulary& words) {
+  switch (what) {
+    case Quantity::kCycles:
+      return "cycles in a row";
+    case Quantity::kPosition:
+      return words.position_unit(joint);
+    case Quantity::kVelocity:
+      return words.velocity_unit(joint);
+    case Quantity::kTorque:
+      return words.torque_unit(joint);
+    case Quantity::kTemperature:
+      return "°C";
+    case Quantity::kSeconds:
+      return "s";
+    case Quantity::kNone:
+      break;
+  }
+  return "";
+}
+
+Severity severity(control::Action action) {
+  switch (action) {
+    case control::Action::kNone:
+      return Severity::kInfo;
+    case control::Action::kWarn:
+      return Severity::kWarning;
+    default:
+      return Severity::kError;
+  }
+}
+
+const char* consequence(control::Action action) {
+  switch (action) {
+    case control::Action::kNone:
+    case control::Action::kWarn:
+      return "carrying on";
+    case control::Action::kRefuse:
+      return "start refused";
+    case control::Action::kControlledStop:
+      return "controlled stop";
+    case control::Action::kDriveDamping:
+      return "drive damping, then off";
+    case control::Action::kTorqueOff:
+      return "torque off";
+  }
+  return "";
+}
+
+std::string where(const control::FaultEvent& fault, const Vocabulary& words) {
+  if (fault.joint >= 0) {
+    const auto joint = static_cast<std::size_t>(fault.joint);
+    return fmt::format("{}, bus {}", words.joint(joint),
+                       words.bus(words.robot->arm.joints.at(joint).bus));
+  }
+  return fault.bus >= 0 ? "bus " + words.bus(static_cast<std::size_t>(fault.bus)) : std::string();
+}
+
+std::string age_text(std::int64_t age_ns) {
+  if (age_ns < 0) {
+    return "no frame from it yet";
+  }
+  return fmt::format("last good frame {:.1f} ms ago", static_cast<double>(age_ns) * 1e-6);
+}
+
+EventText describe_fault(const Event& event, const Vocabulary& words, double moment_s) {
+  const control::FaultEvent& fault = event.fault;
+  const control::FaultPolicy& policy = control::policy(fault.fault);
+  const Quantity what = quantity(fault.fault);
+  const char* of = unit(what, fault.joint, words);
+  const std::string place = where(fault, words);
+
+  EventText result;
+  result.severity = severity(policy.action);
+  result.text =
+      fmt::format("{}{}{}: {}", policy.name, place.empty() ? "" : " at ", place, policy.meaning);
+  result.fields = {{"event", "fault"},
+                   {"at_s", moment_s},
+                   {"fault", policy.name},
+                   {"class", control::to_string(policy.action)}};
+  if (what != Quantity::kNone) {
+    result.text += fmt::format("; found {:.4g}, limit {:.4g} {}", fault.found, fault.limit, of);
+    result.fields.update({{"found", fault.found}, {"limit", fault.limit}, {"unit", of}});
+  }
+  if (fault.bus >= 0) {
+    result.fields["bus"] = words.robot->arm.buses.at(static_cast<std::size_t>(fault.bus)).interface;
+  }
+  if (fault.joint >= 0) {
+    const auto joint = static_cast<std::size_t>(fault.joint);
+    result.fields["joint"] = words.joint(joint);
+    result.fields["bus"] =
+        words.robot->arm.buses.at(words.robot->arm.joints.at(joint).bus).interface;
+    if (event.drive_error != 0) {
+      const char* error = words.drive_error(joint, event.drive_error);
+      result.text += fmt::format("; the drive reports: {} (0x{:X})", error, event.drive_error);
+      result.fields["drive_error"] = error;
+    }
+    if (const std::string complaint = describe(event.complaint); !complaint.empty()) {
+      result.text += "; " + complaint;
+      result.fields["complaint"] = complaint;
+    }
+    result.text += "; " + age_text(event.frame_age_ns);
+    if (event.frame_age_ns >= 0) {
+      result.fields["last_frame_age_ms"] = static_cast<double>(event.frame_age_ns) * 1e-6;
+    }
+  }
+  result.text += fmt::format("; {} [t = {:.3f} s]", consequence(policy.action), moment_s);
+  return result;
+}
+
+EventText describe_state(const Event& event, double moment_s) {
+  const bool active = event.to == control::SupervisorState::kActive;
+  EventText result;
+  result.severity =
+      event.to == control::SupervisorState::kFault ? Severity::kError : Severity::kInfo;
+  result.text = fmt::format(
+      "{} -> {}{} [t = {:.3f} s]", control::to_string(event.from), control::to_string(event.to),
+      active ? fmt::format("({})", control::to_string(event.law)) : "", moment_s);
+  result.fields = {{"event", "state"},
+                   {"at_s", moment_s},
+                   {"from", control::to_string(event.from)},
+                   {"to", control::to_string(event.to)}};
+  if (active) {
+    result.fields["law"] = control::to_string(event.law);
+  }
+  return result;
+}
+
+EventText describe_refusal(const Event& event, double moment_s) {
+  const std::string reason = event.refusal == nullptr ? "" : event.refusal;
+  return {Severity::kWarning,
+          fmt::format("request not followed: {} [t = {:.3f} s]", reason, moment_s),
+          {{"event", "refusal"}, {"at_s", moment_s}, {"reason", reason}}};
+}
+
+}  // namespace
+
+Vocabulary::Vocabulary(const config::Robot& of) : robot(&of) {
+  for (const drivers::JointOptions& options : of.arm.joints) {
+    const auto described =
+        std::find_if(of.tree.joints.begin(), of.tree.joints.end(),
+                     [&](const auto& joint) { return joint.name == options.name; });
+    prismatic.push_back(described != of.tree.joints.end() &&
+                        described->kind == control::JointKind::kPrismatic);
+  }
+}
+
+const std::string& Vocabulary::joint(std::size_t index) const {
+  return robot->arm.joints.at(index).name;
+}
+
+std::string Vocabulary::bus(std::size_t index) const {
+  const drivers::BusOptions& options = robot->arm.buses.at(index);
+  return options.name.empty() || options.name == options.interface
+             ? options.interface
+             : options.name + " (" + options.interface + ")";
+}
+
+const char* Vocabulary::position_unit(int joint) const {
+  return joint >= 0 && prismatic.at(static_cast<std::size_t>(joint)) ? "m" : "rad";
+}
+
+const char* Vocabulary::velocity_unit(int joint) const {
+  return joint >= 0 && prismatic.at(static_cast<std::size_t>(joint)) ? "m/s" : "rad/s";
+}
+
+const char* Vocabulary::torque_unit(int joint) const {
+  return joint >= 0 && prismatic.at(static_cast<std::size_t>(joint)) ? "N" : "N·m";
+}
+
+const char* Vocabulary::drive_error(std::size_t joint, std::uint8_t code) const {
+  const drivers::Family* family = drivers::find_family(robot->arm.joints.at(joint).drive.family);
+  return family != nullptr ? family->error_name(code) : "unknown error";
+}
+
+EventText describe(const Event& event, const Vocabulary& words, std::int64_t start_ns) {
+  const double moment_s = static_cast<double>(event.tick_ns - start_ns) / 1e9;
+  switch (event.kind) {
+    case Event::Kind::kFault:
+      return describe_fault(event, words, moment_s);
+    case Event::Kind::kState:
+      return describe_state(event, moment_s);
+    case Event::Kind::kRefusal:
+      break;
+  }
+  return describe_refusal(event, moment_s);
+}
+
+std::string describe(const drivers::DriveComplaint& complaint) {
+  if (complaint.quantity == nullptr) {
+    return {};
+  }
+  std::string text = fmt::format("{}: the drive has {:.6g}, the configuration expects {:.6g}",
+                                 complaint.quantity, complaint.found, complaint.expected);
+  if (complaint.fix != nullptr) {
+    text += fmt::format("; {}", complaint.fix);
+  }
+  return text;
+}
+
+std::string describe(const control::BusState& bus) {
+  std::string text;
+  const auto add = [&text](bool is, const char* what) {
+    if (is) {
+      text += text.empty() ? what : std::string(", ") + what;
+    }
+  };
+  add(bus.down, "down");
+  add(bus.bus_off, "bus-off");
+  add(bus.error_passive, "error-passive");
+  add(bus.stalled, "stalled");
+  add(bus.foreign_commander, "foreign commander");
+  return text.empty() ? "ok" : text;
+}
+
+const char* to_string(control::DriveCondition condition) noexcept {
+  switch (condition) {
+    case control::DriveCondition::kUnknown:
+      return "unknown";
+    case control::DriveCondition::kConfiguring:
+      return "configuring";
+    case control::DriveCondition::kDisabled:
+      return "disabled";
+    case control::DriveCondition::kEnabled:
+      return "enabled";
+    case control::DriveCondition::kError:
+      return "error";
+    case control::DriveCondition::kRefused:
+      return "refused";
+  }
+  return "unknown";
+}
+
+}  // namespace geodesic::tools

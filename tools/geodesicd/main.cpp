@@ -1,0 +1,242 @@
+// geodesicd: puts the parts together, waits for the run to end, and leaves nothing half-running.
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "config/robot.hpp"
+#include "control/controller.hpp"
+#include "drivers/arm.hpp"
+#include "rt/clock.hpp"
+#include "rt/cyclic_thread.hpp"
+#include "tools/geodesicd/control_socket.hpp"
+#include "tools/geodesicd/daemon.hpp"
+#include "tools/geodesicd/options.hpp"
+#include "tools/geodesicd/output_file.hpp"
+#include "tools/geodesicd/report.hpp"
+#include "tools/geodesicd/service.hpp"
+
+namespace geodesic::tools {
+namespace {
+
+/// Blocks the signals that end the daemon, in this thread and all it starts.
+/// @return a descriptor that reads them.
+int signal_descriptor() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  struct sigaction hang_up {};
+  sigaction(SIGHUP, nullptr, &hang_up);
+  if (hang_up.sa_handler != SIG_IGN) {  // nohup wants it ignored
+    sigaddset(&set, SIGHUP);
+  }
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);  // NOLINT(cert-err33-c): cannot fail for this signal
+  return signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+ExitCode refuse(const CommandLine& line, const config::Robot& robot, const std::string& error) {
+  std::cerr << "geodesicd: error: " << error << '\n';
+  if (!line.summary.empty()) {
+    const std::string name = robot.name.empty() ? line.robot.string() : robot.name;
+    if (const auto problem = write_output(
+            line.summary, refused_summary_json(name, robot.period_ns, error).dump(2) + '\n')) {
+      std::cerr << "geodesicd: error: " << *problem << '\n';
+    }
+  }
+  return ExitCode::kRefused;
+}
+
+control::Mechanism make_mechanism(const config::Robot& robot) {
+  control::MechanismOptions options;
+  options.rotor_inertia.resize(static_cast<Eigen::Index>(robot.controller.joints.size()));
+  for (Eigen::Index i = 0; i < options.rotor_inertia.size(); ++i) {
+    options.rotor_inertia[i] = robot.controller.joints[static_cast<std::size_t>(i)].rotor_inertia;
+  }
+  return {robot.tree, robot.gravity, options};
+}
+
+DaemonOptions daemon_options(const CommandLine& line, const config::Robot& robot) {
+  DaemonOptions options;
+  options.period_ns = robot.period_ns;
+  options.receive_budget_ns = static_cast<std::int64_t>(static_cast<double>(robot.period_ns) *
+                                                        robot.realtime.receive_deadline);
+  options.lifetime.run_ns = static_cast<std::int64_t>(line.seconds * 1e9);
+  options.lifetime.exit_on_fault = line.exit_on_fault;
+  options.lifetime.safety = robot.controller.safety;
+  return options;
+}
+
+rt::ThreadOptions thread_options(const CommandLine& line, const config::Robot& robot) {
+  rt::ThreadOptions options;
+  options.name = "geodesic-rt";
+  options.period_ns = robot.period_ns;
+  options.priority = robot.realtime.priority;
+  options.cpus = robot.realtime.cpus;
+  options.best_effort = line.best_effort;
+  options.simulated_time = line.simulated_time;
+  return options;
+}
+
+/// Follows signals until the run has ended by itself, or stands still.
+/// @return whether the real-time thread has ended.
+bool wait_for_end(int signals, const rt::CyclicThread& loop, const Service& service,
+                  Lifetime& lifetime, Log& log) {
+  constexpr std::int64_t kStuckGraceNs = 1'000'000'000;
+  int received = 0;
+  std::int64_t stuck_since_ns = 0;
+  while (loop.running()) {
+    pollfd waiting{signals, POLLIN, 0};
+    poll(&waiting, 1, 20);
+    signalfd_siginfo signal{};
+    if (read(signals, &signal, sizeof(signal)) == sizeof(signal)) {
+      if (++received < 3) {
+        log.info(received == 1 ? "asked to end: controlled stop"
+                               : "already stopping; once more takes torque off at once");
+        lifetime.ask_exit();
+      } else {
+        log.warning("asked to end for the third time: torque off");
+        lifetime.ask_torque_off();
+      }
+    }
+    if (!service.stuck()) {
+      stuck_since_ns = 0;
+    } else if (stuck_since_ns == 0) {
+      stuck_since_ns = rt::now_ns();
+    } else if (rt::now_ns() - stuck_since_ns > kStuckGraceNs) {
+      return false;
+    }
+  }
+  return true;
+}
+
+ExitCode finish(const CommandLine& line, const RunView& run, bool forced, Log& log) {
+  const bool faulted = run.last.state == control::SupervisorState::kFault;
+  std::uint64_t lost = 0;
+  for (std::size_t i = 0; i < run.words.robot->arm.joints.size(); ++i) {
+    lost += run.counters.joint[i].frames.lost;
+  }
+  log.write(
+      faulted || forced ? Severity::kError : Severity::kInfo,
+      fmt::format("ended: {}{}; {} cycles, {} missed, {} replies lost, {} faults and warnings",
+                  control::to_string(run.last.state), forced ? ", torque forced off" : "",
+                  run.loop.cycles.load(), run.loop.missed.load(), lost, run.faults.count));
+  ExitCode code = faulted || forced ? ExitCode::kFault : ExitCode::kClean;
+  if (line.summary.empty()) {
+    return code;
+  }
+  if (const auto problem = write_output(line.summary, summary_json(run, forced).dump(2) + '\n')) {
+    log.error(*problem);
+    std::cerr << "geodesicd: error: " << *problem << '\n';
+    code = code == ExitCode::kClean ? ExitCode::kRefused : code;
+  }
+  return code;
+}
+
+void greet(const config::Robot& robot, const rt::CyclicThread& loop, const ControlServer& socket,
+           Log& log) {
+  std::string buses;
+  for (const drivers::BusOptions& bus : robot.arm.buses) {
+    buses += " " + bus.interface;
+  }
+  log.info("geodesicd " GEODESIC_VERSION ": " + robot.name + ", " +
+           std::to_string(robot.arm.joints.size()) + " joints on" + buses + ", period " +
+           std::to_string(robot.period_ns / 1000) + " us, control socket " +
+           socket.path().string());
+  if (!loop.not_realtime_reason().empty()) {
+    const Severity severity = robot.arm.simulated_time ? Severity::kInfo : Severity::kWarning;
+    log.write(severity, "not real-time: " + loop.not_realtime_reason());
+  }
+  for (const std::string& warning : loop.warnings()) {
+    log.warning(warning);
+  }
+}
+
+/// From a checked robot to the end of its run. @throws what stands in the way of a start.
+ExitCode run(const CommandLine& line, const config::Robot& robot, Log& log, int signals) {
+  drivers::Arm arm(robot.arm);
+  control::Controller controller(make_mechanism(robot), robot.controller);
+  ControlServer socket(line.socket.empty() ? control_path(robot.name, PathEnvironment::current())
+                                           : line.socket);
+  const Vocabulary words(robot);
+  std::unique_ptr<Trace> trace;
+  if (!line.trace.empty()) {
+    std::vector<std::string> joints;
+    for (const drivers::JointOptions& joint : robot.arm.joints) {
+      joints.push_back(joint.name);
+    }
+    const double cycles = 1e9 / (static_cast<double>(robot.period_ns) * line.trace_hz);
+    trace = std::make_unique<Trace>(line.trace, joints,
+                                    std::max<std::int64_t>(1, std::llround(cycles)));
+  }
+  // On the heap: the rings are megabytes.
+  const auto daemon = std::make_unique<Daemon>(arm, controller, daemon_options(line, robot));
+  rt::CyclicThread loop(thread_options(line, robot));
+  Service service({line.allow_zero_law, line.simulated_time}, words, *daemon, loop, socket, log,
+                  trace.get());
+  if (const auto refusal = loop.start(*daemon)) {
+    throw std::runtime_error("the real-time thread was refused\n" + rt::to_string(*refusal));
+  }
+  greet(robot, loop, socket, log);
+  service.start();
+  if (!wait_for_end(signals, loop, service, daemon->lifetime(), log)) {
+    // The real-time thread neither ends nor can be made to: leave without waiting for it.
+    service.stop();
+    finish(line, service.view(), true, log);
+    std::_Exit(static_cast<int>(ExitCode::kFault));
+  }
+  loop.join();
+  service.stop();
+  daemon->telemetry().finish();
+  return finish(line, service.view(), daemon->lifetime().forced(), log);
+}
+
+ExitCode main_program(const CommandLine& line) {
+  const int signals = signal_descriptor();
+  config::LoadResult loaded = config::load_robot(line.robot, {line.strict, line.buses});
+  for (const config::Message& message : loaded.messages) {
+    std::cerr << config::to_string(message) << '\n';
+  }
+  if (!line.summary.empty()) {
+    if (const auto problem = prepare_output(line.summary)) {
+      std::cerr << "geodesicd: error: summary: " << *problem << '\n';
+      return ExitCode::kRefused;
+    }
+  }
+  config::Robot& robot = loaded.robot;
+  if (!loaded.ok) {
+    return refuse(line, robot, "bad configuration, not started: " + line.robot.string());
+  }
+  if (const auto problem = apply(line, robot)) {
+    return refuse(line, robot, *problem);
+  }
+  LogOptions log_options = LogOptions::for_stdout();
+  log_options.level = line.log_level;
+  log_options.json = line.json;
+  Log log(log_options);
+  try {
+    return run(line, robot, log, signals);
+  } catch (const std::exception& problem) {
+    return refuse(line, robot, problem.what());
+  }
+}
+
+}  // namespace
+}  // namespace geodesic::tools
+
+int main(int argc, char** argv) {
+  using namespace geodesic::tools;
+  const ParseResult parsed = parse_command_line(argc, argv);
+  return static_cast<int>(parsed.options ? main_program(*parsed.options) : parsed.code);
+}

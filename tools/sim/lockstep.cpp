@@ -1,0 +1,95 @@
+// The simulated arm locked to the commands: time passes by one period for each complete set.
+#include <cmath>
+#include <vector>
+
+#include "rt/clock.hpp"
+#include "tools/sim/loops.hpp"
+
+namespace geodesic::tools {
+namespace {
+
+class Lockstep {
+ public:
+  explicit Lockstep(const LoopContext& context)
+      : in_(context), addressed_(context.plant.joints(), false) {}
+
+  void run() {
+    const double seconds = in_.settings.seconds;
+    while (!in_.stop.load()) {
+      if (seconds > 0.0 && in_.plant.elapsed_s() >= seconds - 1e-9) return;
+      if (complete()) {
+        read();  // frames that belong to the same sending and have come meanwhile
+        step();
+        continue;
+      }
+      const std::int64_t now = rt::now_ns();
+      if (addressed_any_ && now - since_ns_ > kPatienceNs) {
+        ++in_.report.incomplete_sets;
+        step();
+        continue;
+      }
+      in_.buses.wait(addressed_any_ ? since_ns_ + kPatienceNs + 1 : now + kNapNs, in_.waiting_mask);
+      read();
+    }
+  }
+
+ private:
+  static constexpr std::int64_t kPatienceNs = static_cast<std::int64_t>(kPatience * 1e9);
+  static constexpr std::int64_t kNapNs = 100'000'000;
+
+  struct Pending {
+    std::size_t bus = 0;
+    drivers::Frame frame;
+  };
+
+  void read() {
+    in_.buses.read([&](std::size_t bus, const drivers::Frame& frame, std::int64_t /*stamp*/) {
+      pending_.push_back({bus, frame});
+      const auto joint = in_.plant.addressee(bus, frame);
+      if (!joint) return;
+      addressed_[*joint] = true;
+      if (in_.plant.silent(*joint) || addressed_any_) return;
+      addressed_any_ = true;
+      since_ns_ = rt::now_ns();
+    });
+  }
+
+  bool complete() const {
+    if (pending_.empty()) return false;
+    bool somebody = false;
+    for (std::size_t i = 0; i < addressed_.size(); ++i) {
+      if (addressed_[i]) somebody = true;
+      if (!addressed_[i] && !in_.plant.silent(i)) return false;
+    }
+    return somebody;
+  }
+
+  void step() {
+    ++in_.report.sets;
+    in_.plant.advance(in_.plant.now_ns() + in_.robot.period_ns);
+    for (const Pending& pending : pending_) {
+      answers_.clear();
+      in_.plant.hear(pending.bus, pending.frame, in_.plant.now_ns(), answers_);
+      for (const Plant::Answer& answer : answers_) in_.buses.queue(pending.bus, answer.frame);
+    }
+    in_.buses.flush();
+    pending_.clear();
+    addressed_.assign(addressed_.size(), false);
+    addressed_any_ = false;
+  }
+
+  const LoopContext& in_;
+  std::vector<Pending> pending_;
+  std::vector<bool> addressed_;
+  bool addressed_any_ = false;  // a drive that answers is in the set
+  std::int64_t since_ns_ = 0;   // real time of its first frame
+  std::vector<Plant::Answer> answers_;
+};
+
+}  // namespace
+
+void run_in_lockstep(const LoopContext& context) {
+  Lockstep(context).run();
+}
+
+}  // namespace geodesic::tools

@@ -1,0 +1,234 @@
+// The simulated arm without a bus; see the header. What it records is in plant_report.cpp.
+#include "tools/sim/plant.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace geodesic::tools {
+namespace {
+
+constexpr double kNs = 1e-9;
+
+std::int64_t to_ns(double seconds) {
+  return std::llround(seconds / kNs);
+}
+
+// A whole number of steps in each control period, none longer than the mechanics' default.
+std::int64_t step_of(std::int64_t period_ns) {
+  const std::int64_t longest = to_ns(Physics::kDefaultTimestep);
+  return period_ns / ((period_ns + longest - 1) / longest);
+}
+
+}  // namespace
+
+Plant::Plant(const config::Robot& robot, PlantOptions options)
+    : robot_(robot),
+      options_(std::move(options)),
+      step_ns_(step_of(robot.period_ns)),
+      physics_(robot_, static_cast<double>(step_ns_) * kNs),
+      now_ns_(options_.start_ns),
+      torque_(robot_.arm.joints.size(), 0.0),
+      fault_done_(options_.script.faults.size(), false) {
+  for (const drivers::JointOptions& joint : robot_.arm.joints) {
+    PlantDrive drive;
+    drive.options = &joint;
+    drive.family = drivers::find_family(joint.drive.family);
+    if (drive.family == nullptr) {
+      throw std::invalid_argument(
+          fmt::format("joint '{}': there is no drive family '{}'", joint.name, joint.drive.family));
+    }
+    drive.simulated = drive.family->make_simulated(joint.drive);
+    drives_.push_back(std::move(drive));
+
+    JointHistory history;
+    history.name = joint.name;
+    history.start = physics_.position(report_.joints.size());
+    report_.joints.push_back(std::move(history));
+  }
+  list_own_ids(robot_);
+  for (const LinkForce& force : options_.script.forces) {
+    const int link = physics_.find_link(force.link);
+    if (link < 0) throw std::invalid_argument("there is no link '" + force.link + "'");
+    force_link_.push_back(link);
+    pushes_end_s_ = std::max(pushes_end_s_, force.start_s + force.duration_s);
+  }
+  for (const Push& push : options_.script.pushes) {
+    pushes_end_s_ = std::max(pushes_end_s_, push.start_s + push.duration_s);
+  }
+  turn_shafts(0.0);
+}
+
+void Plant::list_own_ids(const config::Robot& robot) {
+  std::vector<std::vector<drivers::IdFilter>> all;
+  for (const PlantDrive& drive : drives_) {
+    all.push_back(drive.family->make_drive(drive.options->drive)->command_ids());
+  }
+  const auto same = [](const drivers::IdFilter& a, const drivers::IdFilter& b) {
+    return a.id == b.id && a.extended == b.extended;
+  };
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    for (const drivers::IdFilter& id : all[i]) {
+      bool shared = false;
+      for (std::size_t other = 0; other < drives_.size() && !shared; ++other) {
+        if (other == i || robot.arm.joints[other].bus != robot.arm.joints[i].bus) continue;
+        shared = std::any_of(all[other].begin(), all[other].end(),
+                             [&](const drivers::IdFilter& theirs) { return same(id, theirs); });
+      }
+      if (!shared) drives_[i].own_ids.push_back(id);
+    }
+  }
+}
+
+double Plant::elapsed_s() const noexcept {
+  return static_cast<double>(now_ns_ - options_.start_ns) * kNs;
+}
+
+void Plant::advance(std::int64_t to_ns) {
+  while (now_ns_ + step_ns_ <= to_ns) one_step();
+}
+
+void Plant::skip(std::int64_t to_ns) noexcept {
+  now_ns_ = std::max(now_ns_, to_ns);
+}
+
+void Plant::one_step() {
+  if (sample_ && now_ns_ >= next_sample_ns_) {
+    sample_();
+    next_sample_ns_ += sample_interval_ns_;
+    next_sample_ns_ = std::max(next_sample_ns_, now_ns_ - sample_interval_ns_);
+  }
+  act_out_faults();
+  turn_shafts(0.0);
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    drivers::SimulatedDrive& drive = *drives_[i].simulated;
+    const bool before = drive.enabled();
+    const drivers::JointOptions& joint = *drives_[i].options;
+    torque_[i] = joint.direction / joint.ratio * drive.torque_nm(now_ns_);
+    // Nobody spoke to it within a step: only its own watchdog can have switched it off.
+    if (before && !drive.enabled()) ++report_.joints[i].watchdog_trips;
+    physics_.set_torque(i, torque_[i]);
+  }
+  if (released()) {
+    act_out_pushes(static_cast<double>(now_ns_ - release_ns_) * kNs);
+    physics_.step();
+    if (!physics_.finite()) {
+      throw Diverged(
+          fmt::format("the simulated mechanics diverged {:.3f} s after the start", elapsed_s()));
+    }
+  }
+  now_ns_ += step_ns_;
+  if (!released()) watch_stand();
+  observe();
+}
+
+void Plant::turn_shafts(double ahead_s) {
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    const drivers::JointOptions& joint = *drives_[i].options;
+    const double gear = joint.direction * joint.ratio;
+    const double velocity = released() ? physics_.velocity(i) : 0.0;
+    const double position = physics_.position(i) + velocity * ahead_s + drives_[i].encoder_offset;
+    drives_[i].simulated->set_shaft((position - joint.offset) / gear, velocity / gear);
+  }
+}
+
+void Plant::act_out_faults() {
+  for (std::size_t i = 0; i < fault_done_.size(); ++i) {
+    if (fault_done_[i]) continue;
+    const ScriptedFault& fault = options_.script.faults[i];
+    if (!fault.from_start && !released()) continue;
+    const std::int64_t from = fault.from_start ? options_.start_ns : release_ns_;
+    if (now_ns_ < from + to_ns(fault.at_s)) continue;
+    fault_done_[i] = true;
+    PlantDrive& drive = drives_[fault.joint];
+    switch (fault.kind) {
+      case FaultKind::kSilent:
+        drive.silent = true;
+        break;
+      case FaultKind::kError:
+        drive.simulated->inject_error(fault.code);
+        break;
+      case FaultKind::kPowerCycle:
+        drive.simulated->power_cycle();
+        break;
+      case FaultKind::kOverTemperature:
+        drive.simulated->set_temperature(fault.value);
+        break;
+      case FaultKind::kJump:
+        drive.encoder_offset += fault.value;
+        break;
+    }
+  }
+}
+
+void Plant::act_out_pushes(double since_release_s) {
+  const auto acts = [&](double start, double duration) {
+    return since_release_s >= start && since_release_s < start + duration;
+  };
+  for (const Push& push : options_.script.pushes) {
+    if (!acts(push.start_s, push.duration_s)) continue;
+    physics_.set_torque(push.joint, torque_[push.joint] + push.torque);
+  }
+  if (forces_act_) physics_.clear_forces();
+  forces_act_ = false;
+  for (std::size_t i = 0; i < force_link_.size(); ++i) {
+    const LinkForce& force = options_.script.forces[i];
+    if (!acts(force.start_s, force.duration_s)) continue;
+    physics_.add_force(force_link_[i], force.force_n);
+    forces_act_ = true;
+  }
+}
+
+void Plant::watch_stand() {
+  const bool all = std::all_of(drives_.begin(), drives_.end(),
+                               [](const PlantDrive& drive) { return drive.simulated->enabled(); });
+  if (!all) {
+    enabled_since_ns_ = -1;
+    return;
+  }
+  if (enabled_since_ns_ < 0) enabled_since_ns_ = now_ns_;
+  if (!report_.enabled_s) report_.enabled_s = elapsed_s();
+  if (now_ns_ - enabled_since_ns_ >= to_ns(options_.release_s)) let_go();
+}
+
+void Plant::hear(std::size_t bus, const drivers::Frame& frame, std::int64_t now_ns,
+                 std::vector<Answer>& answers) {
+  turn_shafts(static_cast<double>(std::max<std::int64_t>(now_ns - now_ns_, 0)) * kNs);
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    if (drives_[i].options->bus != bus) continue;
+    if (drives_[i].silent) {
+      if (addressee(bus, frame) == i) ++report_.joints[i].swallowed;
+      continue;
+    }
+    Answer answer{i, {}};
+    if (drives_[i].simulated->receive(frame, now_ns, {&answer.frame, 1}) == 0) continue;
+    ++report_.joints[i].heard;
+    ++report_.joints[i].answered;
+    answers.push_back(answer);
+  }
+}
+
+std::optional<std::size_t> Plant::addressee(std::size_t bus, const drivers::Frame& frame) const {
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    if (drives_[i].options->bus != bus) continue;
+    for (const drivers::IdFilter& id : drives_[i].own_ids) {
+      if (id.id == frame.id && id.extended == frame.extended) return i;
+    }
+  }
+  // A shared identifier names its drive inside the frame; the family can tell.
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    if (drives_[i].options->bus != bus) continue;
+    if (drives_[i].family->decode(frame, drives_[i].options->drive)) return i;
+  }
+  return std::nullopt;
+}
+
+void Plant::on_sample(double interval_s, std::function<void()> sample) {
+  sample_ = std::move(sample);
+  sample_interval_ns_ = std::max<std::int64_t>(to_ns(interval_s), 1);
+  next_sample_ns_ = now_ns_;
+}
+
+}  // namespace geodesic::tools

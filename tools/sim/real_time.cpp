@@ -1,0 +1,111 @@
+// The simulated arm in real time: replies leave when a real wire would have carried them.
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "rt/clock.hpp"
+#include "tools/sim/loops.hpp"
+#include "tools/sim/wire_model.hpp"
+
+namespace geodesic::tools {
+namespace {
+
+constexpr std::int64_t kLongestNapNs = 5'000'000;  // watchdogs and the trace need no frame
+constexpr std::int64_t kGiveUpNs = 250'000'000;    // behind by more: time is lost, not caught up
+
+class RealTime {
+ public:
+  explicit RealTime(const LoopContext& context)
+      : in_(context), latency_ns_(std::llround(context.robot.simulation.reply_latency_s * 1e9)) {
+    for (const drivers::BusOptions& bus : in_.robot.arm.buses) {
+      wires_.emplace_back(bus.bit_rate, bus.data_bit_rate);
+    }
+  }
+
+  void run() {
+    const std::int64_t end = in_.settings.seconds > 0.0
+                                 ? in_.plant.now_ns() + std::llround(in_.settings.seconds * 1e9)
+                                 : std::numeric_limits<std::int64_t>::max();
+    while (!in_.stop.load()) {
+      const std::int64_t now = rt::now_ns();
+      catch_up(now);
+      in_.buses.read([&](std::size_t bus, const drivers::Frame& frame, std::int64_t stamp_ns) {
+        if (in_.settings.wire) {
+          wires_[bus].push_host(frame, std::min(stamp_ns, now));
+        } else {
+          in_.plant.advance(now);
+          hear(bus, frame, now);
+        }
+      });
+      carry(now);
+      in_.plant.advance(std::min(now, end));
+      in_.buses.flush();
+      if (now >= end) return;
+      in_.buses.wait(std::min({next_due(), now + kLongestNapNs, end}), in_.waiting_mask);
+    }
+  }
+
+ private:
+  void catch_up(std::int64_t now) {
+    const std::int64_t behind = now - in_.plant.now_ns();
+    if (behind < kGiveUpNs) return;
+    in_.report.slipped_s += static_cast<double>(behind) * 1e-9;
+    in_.plant.skip(now);
+  }
+
+  // All that has left the wires by now, in order of time.
+  void carry(std::int64_t now) {
+    for (;;) {
+      std::size_t first = wires_.size();
+      std::int64_t earliest = now;
+      for (std::size_t bus = 0; bus < wires_.size(); ++bus) {
+        const auto end = wires_[bus].next_end_ns();
+        if (!end || *end > earliest) continue;
+        earliest = *end;
+        first = bus;
+      }
+      if (first == wires_.size()) return;
+      const auto delivery = wires_[first].pop(now);
+      if (!delivery) return;
+      if (delivery->reply) {
+        in_.buses.queue(first, delivery->frame);
+        const double late = static_cast<double>(now - delivery->end_ns) * 1e-9;
+        in_.report.late_max_s = std::max(in_.report.late_max_s, late);
+      } else {
+        in_.plant.advance(delivery->end_ns);
+        hear(first, delivery->frame, delivery->end_ns);
+      }
+    }
+  }
+
+  void hear(std::size_t bus, const drivers::Frame& frame, std::int64_t now) {
+    answers_.clear();
+    in_.plant.hear(bus, frame, now, answers_);
+    for (const Plant::Answer& answer : answers_) {
+      if (in_.settings.wire) {
+        wires_[bus].push_reply(answer.frame, now + latency_ns_);
+      } else {
+        in_.buses.queue(bus, answer.frame);
+      }
+    }
+  }
+
+  std::int64_t next_due() const {
+    std::int64_t next = std::numeric_limits<std::int64_t>::max();
+    for (const WireModel& wire : wires_) next = std::min(next, wire.next_end_ns().value_or(next));
+    return next;
+  }
+
+  const LoopContext& in_;
+  std::int64_t latency_ns_;
+  std::vector<WireModel> wires_;
+  std::vector<Plant::Answer> answers_;
+};
+
+}  // namespace
+
+void run_in_real_time(const LoopContext& context) {
+  RealTime(context).run();
+}
+
+}  // namespace geodesic::tools

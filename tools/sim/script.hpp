@@ -1,0 +1,67 @@
+// What is done to the simulated arm and when: pushes on joints, forces on links, faults of drives,
+// as the command line spells them. Only parsed here; plant.hpp carries it out.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/robot.hpp"
+
+namespace geodesic::tools {
+
+/// Times count from the moment the stand lets the arm go [s].
+struct Push {
+  std::size_t joint = 0;  ///< in order of v
+  double torque = 0.0;    ///< [N·m or N]
+  double start_s = 0.0;
+  double duration_s = 0.0;
+};
+
+struct LinkForce {
+  std::string link;
+  Eigen::Vector3d force_n = Eigen::Vector3d::Zero();  ///< world axes, at the link's origin
+  double start_s = 0.0;
+  double duration_s = 0.0;
+};
+
+enum class FaultKind : std::uint8_t {
+  kSilent,           ///< neither hears nor answers (a pulled cable)
+  kError,            ///< falls into its family's error `code`
+  kPowerCycle,       ///< off and on
+  kOverTemperature,  ///< reports `value` °C
+  kJump,             ///< its encoder is off by `value` from now on [rad or m at the joint]
+};
+
+struct ScriptedFault {
+  std::size_t joint = 0;
+  FaultKind kind = FaultKind::kSilent;
+  std::uint8_t code = 0;
+  double value = 0.0;
+  bool from_start = false;  ///< at_s counts from the simulation's start, not from the release
+  double at_s = 0.0;
+};
+
+struct Script {
+  std::vector<Push> pushes;
+  std::vector<LinkForce> forces;
+  std::vector<ScriptedFault> faults;
+};
+
+/// "JOINT:TORQUE@T+D". JOINT is a name, or a number from 1 in the robot's order.
+/// @throws std::invalid_argument in words for the user.
+Push parse_push(std::string_view text, const config::Robot& robot);
+
+/// "LINK:FX,FY,FZ@T+D". @throws as above.
+LinkForce parse_force(std::string_view text, const config::Robot& robot);
+
+/// "JOINT:KIND@T" or "JOINT:KIND@start+T" with KIND one of silent, error=CODE, power-cycle,
+/// over-temperature[=C], jump[=RAD]. @throws as above.
+ScriptedFault parse_fault(std::string_view text, const config::Robot& robot);
+
+/// "a,b,c": as many finite numbers. @throws as above; `what` names them in the error.
+std::vector<double> parse_numbers(std::string_view text, std::string_view what);
+
+}  // namespace geodesic::tools

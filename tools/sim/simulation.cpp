@@ -1,0 +1,72 @@
+// The simulated arm on its buses; see the header. The loops are in real_time.cpp and lockstep.cpp.
+#include "tools/sim/simulation.hpp"
+
+#include <fmt/format.h>
+#include <sys/prctl.h>
+
+#include <memory>
+#include <stdexcept>
+
+#include "rt/clock.hpp"
+#include "tools/sim/loops.hpp"
+#include "tools/sim/motion_trace.hpp"
+#include "tools/sim/sim_buses.hpp"
+
+namespace geodesic::tools {
+namespace {
+
+std::string ready_line(const SimBuses& buses, std::size_t drives, bool lockstep) {
+  std::string where;
+  for (std::size_t bus = 0; bus < buses.size(); ++bus) {
+    where += (bus == 0 ? "" : ", ") + buses.interface(bus);
+    if (buses.hosts_hub(bus)) where += " (hub hosted here)";
+  }
+  return fmt::format("geodesic sim: answering on {}: {} drive{}, {}", where, drives,
+                     drives == 1 ? "" : "s",
+                     lockstep ? "time locked to the commands" : "in real time");
+}
+
+}  // namespace
+
+SimulationReport run_simulation(const config::Robot& robot, const SimulationSettings& settings,
+                                const std::atomic<bool>& stop, const sigset_t& waiting_mask) {
+  SimulationReport report;
+  SimBuses buses(robot.arm.buses);
+  PlantOptions plant_options = settings.plant;
+  plant_options.start_ns = settings.lockstep ? robot.period_ns : rt::now_ns();
+  Plant plant(robot, plant_options);
+  report.warnings = plant.warnings();
+
+  std::unique_ptr<MotionTrace> trace;
+  if (!settings.trace.empty()) {
+    if (!(settings.trace_hz > 0.0)) throw std::invalid_argument("a trace needs a rate above 0 Hz");
+    trace = std::make_unique<MotionTrace>(settings.trace, plant);
+    plant.on_sample(1.0 / settings.trace_hz, [&] { trace->write(plant); });
+  }
+  prctl(PR_SET_TIMERSLACK, 1);  // replies are due to the microsecond
+  if (settings.ready) {
+    settings.ready(ready_line(buses, plant.joints(), settings.lockstep), plant.warnings());
+  }
+
+  const LoopContext context{robot, settings, plant, buses, stop, waiting_mask, report};
+  if (settings.lockstep) {
+    run_in_lockstep(context);
+  } else {
+    run_in_real_time(context);
+  }
+
+  report.plant = plant.report();
+  report.simulated_s = plant.elapsed_s();
+  report.energy = plant.physics().energy();
+  for (std::size_t i = 0; i < plant.joints(); ++i) {
+    report.enabled.push_back(plant.enabled(i));
+    report.position.push_back(plant.position(i));
+  }
+  for (std::size_t bus = 0; bus < buses.size(); ++bus) {
+    report.buses.push_back(
+        {buses.interface(bus), buses.hosts_hub(bus), buses.counters(bus), buses.dropped(bus)});
+  }
+  return report;
+}
+
+}  // namespace geodesic::tools
