@@ -33,16 +33,16 @@ struct JointState {
   std::int64_t stamp_ns = 0;   ///< CLOCK_MONOTONIC, arrival of the frame; 0: none yet
   DriveCondition condition = DriveCondition::kUnknown;
   std::uint8_t drive_error = 0;  ///< the drive family's own error code; 0: none
-  bool fresh = false;            ///< answered within this cycle
+  bool fresh = false;            ///< a report newer than the last one arrived in this cycle
 };
 
 /// One bus as seen by this host.
 struct BusState {
-  bool down = false;              ///< interface down, adapter gone, or socket closed
-  bool bus_off = false;           ///< the controller left the bus
-  bool error_passive = false;     ///< error counters above 127
-  bool stalled = false;           ///< last cycle's frames have not left: this cycle's were skipped
-  bool foreign_commander = false; ///< somebody else sends commands to our drives
+  bool down = false;               ///< interface down, adapter gone, or socket closed
+  bool bus_off = false;            ///< the controller left the bus
+  bool error_passive = false;      ///< error counters above 127
+  bool stalled = false;            ///< last cycle's frames have not left: this cycle's were skipped
+  bool foreign_commander = false;  ///< somebody else sends commands to our drives
 };
 
 /// Everything measured in one cycle.

@@ -2,8 +2,8 @@
 // URDF allows: that is compared in config/.
 #include "control/options.hpp"
 
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 
 namespace geodesic::control {
 namespace {
@@ -12,8 +12,8 @@ constexpr std::array<const char*, 4> kLawNames{"float", "hold", "damp", "zero"};
 
 std::string number(double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g", value);
-  return text.data();
+  const std::to_chars_result end = std::to_chars(text.begin(), text.end(), value);
+  return {text.data(), end.ptr};
 }
 
 /// Collects complaints about one thing: a joint, or the controller itself.

@@ -44,6 +44,7 @@ struct Joint {
   std::size_t sent = 0;   ///< this cycle's frames that the kernel took
   std::size_t heard = 0;  ///< frames that answer them
   bool answered = false;
+  bool awaited = true;  ///< receive() waits for its reply
   JointCounters counters;
 };
 
@@ -93,6 +94,7 @@ struct Arm::Impl {
   std::array<pollfd, control::kMaxBuses> waits{};
   std::array<ReceivedFrame, kBatch> batch{};
   std::int64_t last_tick_ns = 0;
+  std::int64_t last_read_ns = 0;
   control::ArmState state;
 };
 
@@ -178,6 +180,7 @@ void Arm::Impl::drain(Line& line, std::int64_t tick_ns) noexcept {
   line.read = true;
   for (int round = 0; round < kMaxBatches; ++round) {
     const std::size_t count = std::min(line.bus->receive(batch), batch.size());
+    last_read_ns = count > 0 && !simulated_time ? rt::now_ns() : last_read_ns;
     for (std::size_t i = 0; i < count; ++i) {
       take(line, batch[i], tick_ns);
     }
@@ -209,12 +212,12 @@ void Arm::Impl::take(Line& line, ReceivedFrame& received, std::int64_t tick_ns) 
   const bool report = joint.drive->receive(received);
   if (report) {
     to_joint(joint.drive->state(), joint, out);
-    out.fresh = out.fresh || timely;
+    out.fresh = true;  // late for its cycle, but newer than what was known
   }
   if (timely && joint.sent > 0 && !joint.answered) {
     ++joint.heard;
     joint.answered = report || joint.heard >= joint.sent;
-    line.owed -= joint.answered ? 1 : 0;
+    line.owed -= joint.answered && joint.awaited ? 1 : 0;
   }
 }
 
@@ -256,7 +259,7 @@ void Arm::transmit(const control::ArmCommand& command, std::int64_t tick_ns) noe
     // A joint whose frames stayed here owes no reply.
     for (std::size_t i = 0; i < std::min(sent, line.filled); ++i) {
       Joint& joint = impl_->joints[line.owners[i]];
-      line.owed += joint.sent == 0 ? 1 : 0;
+      line.owed += joint.sent == 0 && joint.awaited ? 1 : 0;
       ++joint.sent;
       ++joint.counters.sent;
     }
@@ -278,7 +281,10 @@ const control::ArmState& Arm::receive(std::int64_t tick_ns, std::int64_t deadlin
   arm.read_replies(tick_ns, arm.simulated_time ? rt::now_ns() + kSimulatedPatienceNs : deadline_ns);
   for (std::size_t i = 0; i < arm.joints.size(); ++i) {
     Joint& joint = arm.joints[i];
-    joint.counters.lost += joint.sent > 0 && !joint.answered ? 1 : 0;
+    const bool lost = joint.sent > 0 && !joint.answered;
+    joint.counters.lost += lost ? 1 : 0;
+    // Simulated time waits long for a reply that will come, and not twice for one that does not.
+    joint.awaited = !(impl_->simulated_time && lost);
     joint.sent = 0;
     const DriveState& drive = joint.drive->state();
     state.joint[i].condition = drive.condition;
@@ -296,6 +302,10 @@ void Arm::restart() noexcept {
   for (Joint& joint : impl_->joints) {
     joint.drive->restart();
   }
+}
+
+std::int64_t Arm::last_read_ns() const noexcept {
+  return impl_->last_read_ns;
 }
 
 std::size_t Arm::joints() const noexcept {

@@ -69,6 +69,10 @@ class Arm {
   /// Forgets all drives' dialogues and refusals: the next cycles configure them anew. Real-time.
   void restart() noexcept;
 
+  /// When the last frames were read from a bus, before they were decoded (CLOCK_MONOTONIC; not kept
+  /// in simulated time).
+  std::int64_t last_read_ns() const noexcept;
+
   std::size_t joints() const noexcept;
   std::size_t buses() const noexcept;
   const JointCounters& joint_counters(std::size_t joint) const noexcept;

@@ -139,6 +139,9 @@ std::size_t SocketCanBus::read_batch() noexcept {
     return 0;  // not known to be empty
   }
   const std::size_t got = result > 0 ? static_cast<std::size_t>(result) : 0;
+  if (got == 0) {
+    return 0;
+  }
   clock_.read(rt::now_ns(), realtime_ns());
   for (std::size_t i = 0; i < got; ++i) {
     take_in(in_messages_[i], in_frames_[i]);

@@ -101,7 +101,9 @@ TEST(DidYouMean, NamesNearEnoughOnly) {
 TEST(Messages, QuotedTextIsHarmless) {
   EXPECT_EQ(quote("a\nb\x1b[31m"), "\"a?b?[31m\"");
   EXPECT_EQ(quote(std::string(100, 'x')).size(), 65U);
-  const std::string cut = quote(std::string(59, 'x') + "\u00e9\u00e9");
+  std::string two_bytes_too_long(59, 'x');
+  two_bytes_too_long += "\u00e9\u00e9";
+  const std::string cut = quote(two_bytes_too_long);
   EXPECT_EQ(cut.substr(cut.size() - 5), "x...\"");
 }
 

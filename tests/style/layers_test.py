@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The layering test must be able to fail: includes that look the wrong way, and some that may."""
 import pathlib
 import unittest

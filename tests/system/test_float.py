@@ -27,7 +27,8 @@ def pose(binaries, robot, number):
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_float_holds(pair, binaries, robot_file, robot, number):
     it = pair(robot)
-    sim = it.sim("--lockstep", "--release", RELEASE_S, f"--pose={pose(binaries, robot_file(robot), number)}")
+    start = pose(binaries, robot_file(robot), number)
+    sim = it.sim("--lockstep", "--release", RELEASE_S, f"--pose={start}")
     daemon = it.daemon("--simulated-time", "--seconds", SECONDS + RELEASE_S)
     assert daemon.wait(200) == 0, it.logs()
     sim.stop()
@@ -36,8 +37,9 @@ def test_float_holds(pair, binaries, robot_file, robot, number):
     assert summary["final_state"] == "off"
     assert summary["cycles"] > SECONDS * 1000
     assert all(joint["losses"] == 0 for joint in summary["joints"])
-    assert truth["released_s"] >= SECONDS - 1, "the stand never let go: nothing was proven"
-    assert truth["drift_before_stop"] < 1e-3, truth
+    free = truth["drift_by_second"][:SECONDS]  # after them the daemon lowers the arm
+    assert len(free) == SECONDS, "the stand let go too late: nothing was proven"
+    assert max(free) < 1e-3, truth
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -49,4 +51,4 @@ def test_without_compensation_it_falls(pair, robot):
                        "--allow-zero-law")
     daemon.wait(100)
     sim.stop()
-    assert it.summary("sim")["drift_before_stop"] > 0.1, it.logs()
+    assert it.summary("sim")["drift_by_second"][0] > 0.1, it.logs()

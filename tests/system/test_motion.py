@@ -64,9 +64,11 @@ def predicted(binaries, robot, truth, sample, pushed, torque):
 
 def simulation(robot, joint):
     with open(robot, "rb") as file:
-        for entry in tomllib.load(file)["joint"]:
-            if entry["name"] == joint:
-                return entry.get("simulation", {})
+        content = tomllib.load(file)
+    for entry in content["joint"]:
+        if entry["name"] == joint:
+            whole = content.get("defaults", {}).get("joint", {}) | entry
+            return {"rotor_inertia": whole.get("rotor_inertia", 0.0)} | whole.get("simulation", {})
     raise AssertionError(f"{joint} is not in {robot}")
 
 

@@ -24,6 +24,9 @@ using std::chrono::milliseconds;
 
 /// A served socket; the answer to `status` is as long as that of a big robot.
 class ControlSocketTest : public testing::Test {
+ public:
+  ~ControlSocketTest() override { end(); }
+
  protected:
   ControlSocketTest() : server_(folder_ / "bench.sock") {
     actions_.status = [] {
@@ -43,8 +46,6 @@ class ControlSocketTest : public testing::Test {
       }
     });
   }
-  ~ControlSocketTest() override { end(); }
-
   void end() {
     done_ = true;
     if (thread_.joinable()) {

@@ -42,7 +42,7 @@ class ReportTest : public testing::Test {
   config::Robot robot_ = small_robot();
   Vocabulary words_{robot_};
   rt::LoopStatistics loop_;
-  Phases phases_;
+  Phases phases_{true};
   Record last_;
   Counters counters_;
   FaultList faults_;
@@ -171,11 +171,9 @@ TEST(Trace, WritesAHeaderAndEveryNthCycle) {
   EXPECT_EQ(lines[3].substr(0, 8), "0.015000");
 }
 
-TEST(Trace, AFullDiskEndsItAndIsToldOnce) {
-  Record record;
-  std::optional<std::string> problem;
+TEST(Trace, TellsThatItCannotBeWritten) {
   try {
-    Trace trace("/dev/full", {"swing"}, 1);
+    const Trace trace("/dev/full", {"swing"}, 1);
     FAIL() << "the header cannot be written there";
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("/dev/full"), std::string::npos);

@@ -82,8 +82,8 @@ TEST_P(PhysicsAgainstControl, SameAccelerationInRandomStates) {
 
 INSTANTIATE_TEST_SUITE_P(Robots, PhysicsAgainstControl,
                          testing::Values("planar2r", "openarm", "openarm-bimanual"),
-                         [](const auto& info) {
-                           std::string name = info.param;
+                         [](const auto& chosen) {
+                           std::string name = chosen.param;
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;
                          });

@@ -123,7 +123,7 @@ TEST_F(Simulation, LockstepAdvancesOnePeriodForEachSet) {
   drivers::ArmOptions options = it.arm;
   options.simulated_time = true;
   drivers::Arm arm(options);
-  const control::ArmState state = drive(arm, 3, 300);
+  const control::ArmState state = drive(arm, 3, 800);
   const SimulationReport report = running.finish();
   EXPECT_EQ(report.incomplete_sets, 0U);
   EXPECT_NEAR(report.simulated_s, static_cast<double>(report.sets) * 1e-3, 1e-9);

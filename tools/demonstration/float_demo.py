@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """The demo: the simulated arm floats under the daemon, is pushed, coasts, and stays where it is left;
 then the same push without compensation. Prints a live table, a verdict, and where the plot is."""
 import argparse
@@ -67,7 +67,7 @@ def run(options, name, law, seconds, push_at):
     with Pair(options.binaries, options.robot, options.bus, folder) as pair:
         pair.sim("--release", RELEASE_S, "--trace", folder / "truth.csv", "--wrench", wrench)
         more = ["--allow-zero-law"] if law == "zero" else []
-        daemon = pair.daemon("--law", law, "--seconds", RELEASE_S + seconds,
+        daemon = pair.daemon("--law", law, "--seconds", RELEASE_S + seconds, "--exit-on-fault",
                              "--trace", folder / "daemon.csv", *extra, *more)
         table = Table()
         while daemon.running():

@@ -10,6 +10,7 @@
 
 #include "config/robot.hpp"
 
+// NOLINTNEXTLINE(readability-identifier-naming): the library's own name
 namespace CLI {
 class App;
 }

@@ -8,6 +8,7 @@
 #include "tools/geodesicd/control_path.hpp"
 #include "tools/geodesicd/control_socket.hpp"
 
+// NOLINTNEXTLINE(readability-identifier-naming): the library's own name
 namespace CLI {
 class App;
 }

@@ -12,6 +12,7 @@ Daemon::Daemon(drivers::Arm& arm, control::Controller& controller, const DaemonO
       period_ns_(options.period_ns),
       receive_budget_ns_(options.receive_budget_ns),
       lifetime_(options.lifetime),
+      phases_(options.measure_phases),
       telemetry_(arm, options.period_ns) {
   command_.joints = arm.joints();
 }
@@ -28,7 +29,7 @@ rt::Next Daemon::step(const rt::Tick& tick) noexcept {
   take_requests();
   command_ = controller_.update(state_, period_ns_);
   const Course course = follow_course();
-  phases_.compute_done();
+  phases_.compute_done(arm_.last_read_ns());
 
   telemetry_.push(tick.index, state_, command_, controller_.report());
   phases_.publish_done();

@@ -18,6 +18,7 @@ struct DaemonOptions {
   std::int64_t period_ns = 1'000'000;
   std::int64_t receive_budget_ns = 800'000;  ///< after it, a missing reply is lost
   LifetimeOptions lifetime;
+  bool measure_phases = true;  ///< false in simulated time
 };
 
 class Daemon final : public rt::Cyclic {

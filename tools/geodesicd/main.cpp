@@ -75,6 +75,7 @@ DaemonOptions daemon_options(const CommandLine& line, const config::Robot& robot
   options.lifetime.run_ns = static_cast<std::int64_t>(line.seconds * 1e9);
   options.lifetime.exit_on_fault = line.exit_on_fault;
   options.lifetime.safety = robot.controller.safety;
+  options.measure_phases = !line.simulated_time;
   return options;
 }
 

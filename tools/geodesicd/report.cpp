@@ -172,7 +172,7 @@ ordered_json refused_summary_json(const std::string& robot, std::int64_t period_
                        {"missed", 0},      {"skipped", 0},
                        {"page_faults", 0}, {"allocations", 0},
                        {"realtime", false}};
-  add_phases(summary, rt::LoopStatistics{}, Phases{});
+  add_phases(summary, rt::LoopStatistics{}, Phases(false));
   summary["joints"] = ordered_json::array();
   summary["buses"] = ordered_json::array();
   summary["faults"] = ordered_json::array();

@@ -113,11 +113,13 @@ void Plant::one_step() {
   }
   if (released()) {
     act_out_pushes(static_cast<double>(now_ns_ - release_ns_) * kNs);
-    physics_.step();
-    if (!physics_.finite()) {
-      throw Diverged(
-          fmt::format("the simulated mechanics diverged {:.3f} s after the start", elapsed_s()));
-    }
+  } else {
+    lean_on_stand();
+  }
+  physics_.step();
+  if (!physics_.finite()) {
+    throw Diverged(
+        fmt::format("the simulated mechanics diverged {:.3f} s after the start", elapsed_s()));
   }
   now_ns_ += step_ns_;
   if (!released()) watch_stand();
@@ -128,7 +130,7 @@ void Plant::turn_shafts(double ahead_s) {
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     const drivers::JointOptions& joint = *drives_[i].options;
     const double gear = joint.direction * joint.ratio;
-    const double velocity = released() ? physics_.velocity(i) : 0.0;
+    const double velocity = physics_.velocity(i);
     const double position = physics_.position(i) + velocity * ahead_s + drives_[i].encoder_offset;
     drives_[i].simulated->set_shaft((position - joint.offset) / gear, velocity / gear);
   }
@@ -181,6 +183,15 @@ void Plant::act_out_pushes(double since_release_s) {
   }
 }
 
+void Plant::lean_on_stand() {
+  const std::vector<double> surplus = physics_.unbalanced_torques();
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    const double needed = torque_[i] - surplus[i];
+    const double carried = std::clamp(-surplus[i], std::min(needed, 0.0), std::max(needed, 0.0));
+    physics_.set_torque(i, torque_[i] + carried);
+  }
+}
+
 void Plant::watch_stand() {
   const bool all = std::all_of(drives_.begin(), drives_.end(),
                                [](const PlantDrive& drive) { return drive.simulated->enabled(); });
@@ -208,6 +219,7 @@ void Plant::hear(std::size_t bus, const drivers::Frame& frame, std::int64_t now_
     ++report_.joints[i].answered;
     answers.push_back(answer);
   }
+  note_disabled();
 }
 
 std::optional<std::size_t> Plant::addressee(std::size_t bus, const drivers::Frame& frame) const {

@@ -115,9 +115,13 @@ class Plant {
   void turn_shafts(double ahead_s);
   void act_out_faults();
   void act_out_pushes(double since_release_s);
+  /// The stand gives each joint what its drive does not, up to what the pose needs, and resists
+  /// nothing: torque beyond the need, or of the wrong sign, moves the arm off it.
+  void lean_on_stand();
   void watch_stand();
   void let_go();
   void observe();
+  void note_disabled();
   void observe_rest(double since_release_s);
 
   config::Robot robot_;

@@ -34,7 +34,6 @@ void Plant::observe() {
     return;
   }
   const double since_release_s = static_cast<double>(now_ns_ - release_ns_) * kNs;
-  bool all_enabled = true;
   double worst = 0.0;
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     JointHistory& joint = report_.joints[i];
@@ -42,18 +41,25 @@ void Plant::observe() {
     worst = std::max(worst, drift);
     joint.drift_max = std::max(joint.drift_max, drift);
     joint.torque_max = std::max(joint.torque_max, std::abs(torque_[i]));
-    all_enabled = all_enabled && enabled(i);
   }
   const auto bin = static_cast<std::size_t>(since_release_s / PlantReport::kDriftBin);
   if (report_.drift.size() <= bin) report_.drift.resize(bin + 1, 0.0);
   report_.drift[bin] = std::max(report_.drift[bin], worst);
 
-  if (!all_enabled && !report_.disabled_s) report_.disabled_s = elapsed_s();
+  note_disabled();
   if (!report_.disabled_s) observe_rest(since_release_s);
   if (!robot_.simulation.floor) return;
   const double force = physics_.floor_force();
   if (force > 0.0) report_.contact_s += static_cast<double>(step_ns_) * kNs;
   report_.contact_force_max_n = std::max(report_.contact_force_max_n, force);
+}
+
+// After the release, the first drive that is not enabled any more ends what can be called floating.
+void Plant::note_disabled() {
+  if (!released() || report_.disabled_s) return;
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    if (!enabled(i)) report_.disabled_s = elapsed_s();
+  }
 }
 
 // At rest: after the last push, every joint slower than kRestVelocity for kRestTime.

@@ -2,6 +2,7 @@
 #include "tools/sim/simulation.hpp"
 
 #include <fmt/format.h>
+#include <sched.h>
 #include <sys/prctl.h>
 
 #include <memory>
@@ -14,6 +15,8 @@
 
 namespace geodesic::tools {
 namespace {
+
+constexpr int kPriority = 10;
 
 std::string ready_line(const SimBuses& buses, std::size_t drives, bool lockstep) {
   std::string where;
@@ -31,6 +34,17 @@ std::string ready_line(const SimBuses& buses, std::size_t drives, bool lockstep)
 SimulationReport run_simulation(const config::Robot& robot, const SimulationSettings& settings,
                                 const std::atomic<bool>& stop, const sigset_t& waiting_mask) {
   SimulationReport report;
+  // Real drives are never late for want of a processor. Where it is allowed, neither are these: far
+  // below the daemon's priority, and asleep most of the time. A hub's thread inherits it.
+  if (!settings.lockstep) {
+    const sched_param priority{kPriority};
+    report.realtime = sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
+  } else {
+    // The first of a set of commands must not put us in front of their sender: we would answer to
+    // each alone, at the price of two context switches.
+    const sched_param none{};
+    sched_setscheduler(0, SCHED_BATCH, &none);
+  }
   SimBuses buses(robot.arm.buses);
   PlantOptions plant_options = settings.plant;
   plant_options.start_ns = settings.lockstep ? robot.period_ns : rt::now_ns();

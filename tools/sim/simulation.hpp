@@ -46,6 +46,7 @@ struct SimulationReport {
   double simulated_s = 0.0;
   std::uint64_t sets = 0;             ///< lockstep: complete sets of commands
   std::uint64_t incomplete_sets = 0;  ///< lockstep: sets given up waiting for
+  bool realtime = false;              ///< real time: the kernel granted SCHED_FIFO
   double late_max_s = 0.0;            ///< real time: the latest a reply was sent after it was due
   double slipped_s = 0.0;             ///< real time: time this host was too busy to simulate
 };

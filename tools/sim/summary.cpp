@@ -96,6 +96,7 @@ ordered_json to_json(const SimulationReport& report, const config::Robot& robot)
           {"contact_force_max_n", plant.contact_force_max_n},
           {"lockstep_sets", report.sets},
           {"lockstep_incomplete_sets", report.incomplete_sets},
+          {"realtime", report.realtime},
           {"late_max_s", report.late_max_s},
           {"slipped_s", report.slipped_s},
           {"joints", std::move(joints)},
