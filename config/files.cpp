@@ -18,16 +18,16 @@ std::optional<std::string> read_file(const std::filesystem::path& file, Findings
   std::error_code problem;
   const auto status = std::filesystem::status(file, problem);
   if (!std::filesystem::exists(status)) {
-    findings.error(place, fmt::format("there is no file {}", quote(file.string())));
+    findings.error(place, fmt::format("there is no file {}", quote_path(file)));
     return std::nullopt;
   }
   if (std::filesystem::is_directory(status)) {
-    findings.error(place, fmt::format("{} is a folder, expected a file", quote(file.string())));
+    findings.error(place, fmt::format("{} is a folder, expected a file", quote_path(file)));
     return std::nullopt;
   }
   const auto size = std::filesystem::file_size(file, problem);
   if (!problem && size > kMost) {
-    findings.error(place, fmt::format("{} has {} bytes, expected at most {}", quote(file.string()),
+    findings.error(place, fmt::format("{} has {} bytes, expected at most {}", quote_path(file),
                                       size, kMost));
     return std::nullopt;
   }
@@ -36,7 +36,7 @@ std::optional<std::string> read_file(const std::filesystem::path& file, Findings
   std::ostringstream text;
   if (stream) text << stream.rdbuf();
   if (!stream) {
-    findings.error(place, fmt::format("{} cannot be read: {}", quote(file.string()),
+    findings.error(place, fmt::format("{} cannot be read: {}", quote_path(file),
                                       std::generic_category().message(errno)));
     return std::nullopt;
   }

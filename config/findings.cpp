@@ -104,14 +104,13 @@ std::string list_names(std::span<const std::string> names) {
   return text;
 }
 
-std::string quote(std::string_view text) {
-  constexpr std::size_t kMost = 60;
+std::string quote(std::string_view text, std::size_t most) {
   std::string shown = "\"";
-  for (const char letter : text.substr(0, kMost)) {
+  for (const char letter : text.substr(0, most)) {
     const auto code = static_cast<unsigned char>(letter);
     shown += code < 0x20 || code == 0x7f ? '?' : letter;
   }
-  if (text.size() > kMost) {
+  if (text.size() > most) {
     // A multi-byte letter is not cut in half.
     while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0U) == 0x80U) {
       shown.pop_back();
@@ -120,6 +119,10 @@ std::string quote(std::string_view text) {
     shown += "...";
   }
   return shown + "\"";
+}
+
+std::string quote_path(const std::filesystem::path& path) {
+  return quote(path.string(), std::string::npos);
 }
 
 }  // namespace geodesic::config

@@ -41,6 +41,8 @@ std::string did_you_mean(std::string_view found, std::span<const std::string> kn
 std::string list_names(std::span<const std::string> names);
 
 /// Text as it may be shown: quoted, control characters and broken UTF-8 replaced, cut if long.
-std::string quote(std::string_view text);
+std::string quote(std::string_view text, std::size_t most = 60);
+/// A path is never cut: people copy it.
+std::string quote_path(const std::filesystem::path& path);
 
 }  // namespace geodesic::config

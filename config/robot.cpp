@@ -29,7 +29,7 @@ UrdfResult read_urdf(const RobotFile& file, const std::filesystem::path& robot_f
     findings.error(named.place,
                    fmt::format("urdf: there is no file {} (relative paths begin at the "
                                "robot file)",
-                               quote(robot.urdf.string())));
+                               quote_path(robot.urdf)));
     return result;
   }
   result = load_urdf(robot.urdf, strict);

@@ -26,6 +26,10 @@ def arguments():
     parser.add_argument("--seconds", type=float, default=16.0)
     parser.add_argument("--out", type=pathlib.Path, required=True)
     parser.add_argument("--binaries", type=pathlib.Path, required=True)
+    parser.add_argument("--simulated-time", action="store_true",
+                        help="where this machine cannot keep time (user-mode Linux)")
+    parser.add_argument("--timing-only", action="store_true",
+                        help="only measure the daemon in real time for a few seconds")
     return parser.parse_args()
 
 
@@ -63,9 +67,10 @@ def run(options, name, law, seconds, push_at):
     """One run of the pair; returns the true motion and both summaries."""
     folder = options.out / name
     wrench = push_wrench(options, push_at)
-    extra = [] if may_be_realtime() else ["--best-effort"]
     with Pair(options.binaries, options.robot, options.bus, folder) as pair:
-        pair.sim("--release", RELEASE_S, "--trace", folder / "truth.csv", "--wrench", wrench)
+        pair.sim("--release", RELEASE_S, "--trace", folder / "truth.csv", "--wrench", wrench,
+                 *(["--lockstep"] if options.simulated_time else []))
+        extra = ["--simulated-time"] if options.simulated_time else realtime_arguments()
         more = ["--allow-zero-law"] if law == "zero" else []
         daemon = pair.daemon("--law", law, "--seconds", RELEASE_S + seconds, "--exit-on-fault",
                              "--trace", folder / "daemon.csv", *extra, *more)
@@ -85,6 +90,22 @@ def run(options, name, law, seconds, push_at):
                 "sim": pair.summary("sim"), "exit_status": exit_status, "folder": str(folder)}
 
 
+def realtime_arguments():
+    return [] if may_be_realtime() else ["--best-effort"]
+
+
+def measure_timing(options):
+    """The daemon in real time on the socket bus: where the float runs on simulated time, its
+    latencies come from here. Leaves timing.json."""
+    folder = options.out / "timing"
+    with Pair(options.binaries, options.robot, "unix", folder) as pair:
+        pair.sim("--release", 1000)
+        pair.daemon("--seconds", 5, "--exit-on-fault", *realtime_arguments()).wait()
+        timing = pair.summary("daemon")
+    (options.out / "timing.json").write_text(json.dumps(timing, indent=2) + "\n",
+                                             encoding="utf-8")
+
+
 def push_wrench(options, at):
     """A push at the tool that most arms feel and few are thrown by."""
     import tomllib
@@ -97,6 +118,9 @@ def push_wrench(options, at):
 def main():
     options = arguments()
     options.out.mkdir(parents=True, exist_ok=True)
+    if options.timing_only:
+        measure_timing(options)
+        return 0
     push_at = max(1.0, options.seconds * 0.25)
     try:
         print(f"\n1. Compensation on (law float): held, pushed at {push_at:.1f} s, left alone.\n")
@@ -108,6 +132,10 @@ def main():
         return 1
     result = verdict.judge(floating, falling, push_at, PUSH_S, options.seconds)
     result["bus"] = {"kind": options.bus, "why": options.bus_reason}
+    timing = options.out / "timing.json"
+    if options.simulated_time and timing.exists():
+        result["timing"] = json.loads(timing.read_text(encoding="utf-8"))
+        result["timing_from"] = "real time, socket bus, this kernel, 5 s"
     summary = options.out / "summary.json"
     summary.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     picture = options.out / "float.png"

@@ -31,11 +31,15 @@ def judge(floating, falling, push_at, push_s, seconds):
     return {
         "floats": all(row["holds"] for row in rows) and floating["exit_status"] == 0,
         "checks": rows,
+        "seconds": seconds,
         "push": {"at_s": push_at, "for_s": push_s},
         "drift_rad": {"held": held_rad, "pushed": moved_rad, "stayed": stayed_rad,
                       "fell": fell_rad},
         "exit_status": floating["exit_status"],
         "daemon": daemon,
+        "timing": daemon,
+        "timing_from": "simulated time: nothing measured" if daemon["simulated_time"]
+                       else "this run, real time",
         "sim": floating["sim"],
     }
 
@@ -47,13 +51,21 @@ def show(result):
         bound = f"{row['bound']:g}"
         print(f"  {'ok  ' if row['holds'] else 'FAIL'} {row['what']:<48}{found:>14}"
               f"   ({row['relation']} {bound})")
-    daemon = result["daemon"]
-    lost = sum(joint["losses"] for joint in daemon["joints"])
-    print(f"  cycles {daemon['cycles']}, missed {daemon['missed']}, replies lost {lost}, "
-          f"page faults {daemon['page_faults']}, allocations {daemon['allocations']}")
+    counts("the float", result["daemon"])
+    timing = result["timing"]
+    print(f"  latencies ({result['timing_from']}):")
+    if timing is not result["daemon"]:
+        counts("that run", timing)
     for name in ("wake_latency_ns", "cycle_time_ns", "state_to_torque_ns"):
-        figures = daemon[name]
-        print(f"  {name[:-3].replace('_', ' '):<18}" + "  ".join(
+        figures = timing[name]
+        print(f"    {name[:-3].replace('_', ' '):<18}" + "  ".join(
             f"{key} {figures[key] / 1000:.1f} us" for key in ("p50", "p99", "p999", "max")))
-    for fault in daemon["faults"]:
-        print(f"  fault: {fault}")
+    for fault in result["daemon"]["faults"]:
+        print(f"  {fault['class']}: {fault['text']}")
+
+
+def counts(what, daemon):
+    lost = sum(joint["losses"] for joint in daemon["joints"])
+    print(f"  {what}: cycles {daemon['cycles']}, missed {daemon['missed']}, replies lost {lost}, "
+          f"page faults {daemon['page_faults']}, allocations {daemon['allocations']}, "
+          f"faults {sum(fault['class'] != 'warn' for fault in daemon['faults'])}")

@@ -22,13 +22,14 @@ class Lockstep {
         step();
         continue;
       }
-      const std::int64_t now = rt::now_ns();
-      if (addressed_any_ && now - since_ns_ > kPatienceNs) {
+      // A clock is read only for a set that is late: it may be a slow call.
+      const std::int64_t left = addressed_any_ ? since_ns_ + kPatienceNs - rt::now_ns() : kNapNs;
+      if (left < 0) {
         ++in_.report.incomplete_sets;
         step();
         continue;
       }
-      in_.buses.wait(addressed_any_ ? since_ns_ + kPatienceNs + 1 : now + kNapNs, in_.waiting_mask);
+      in_.buses.wait_for(left + 1, in_.waiting_mask);
       read();
     }
   }

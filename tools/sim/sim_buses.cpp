@@ -29,6 +29,10 @@ SimBuses::SimBuses(const std::vector<drivers::BusOptions>& options) {
 }
 
 void SimBuses::wait(std::int64_t until_ns, const sigset_t& mask) {
+  wait_for(until_ns - rt::now_ns(), mask);
+}
+
+void SimBuses::wait_for(std::int64_t duration_ns, const sigset_t& mask) {
   constexpr int kIdleWakesBeforePause = 3;
   constexpr std::int64_t kPauseNs = 2'000'000;
   std::array<pollfd, control::kMaxBuses> polled{};
@@ -39,9 +43,9 @@ void SimBuses::wait(std::int64_t until_ns, const sigset_t& mask) {
       if (count < polled.size()) polled[count++] = {entry.bus->descriptor(), POLLIN, 0};
     }
   } else {
-    until_ns = std::min(until_ns, rt::now_ns() + kPauseNs);
+    duration_ns = std::min(duration_ns, kPauseNs);
   }
-  const std::int64_t left = std::max<std::int64_t>(until_ns - rt::now_ns(), 0);
+  const std::int64_t left = std::max<std::int64_t>(duration_ns, 0);
   const timespec timeout{static_cast<time_t>(left / 1'000'000'000),
                          static_cast<long>(left % 1'000'000'000)};
   if (ppoll(polled.data(), count, &timeout, &mask) <= 0) idle_wakes_ = -1;

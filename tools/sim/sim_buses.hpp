@@ -28,6 +28,8 @@ class SimBuses {
   /// Sleeps until a frame has come, a signal that `mask` lets through, or until_ns
   /// (CLOCK_MONOTONIC).
   void wait(std::int64_t until_ns, const sigset_t& mask);
+  /// The same for a duration; reads no clock.
+  void wait_for(std::int64_t duration_ns, const sigset_t& mask);
 
   /// Calls hear(bus, frame, stamp_ns) for every frame that has come. @return how many.
   template <class Hear>
