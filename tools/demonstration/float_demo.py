@@ -111,7 +111,7 @@ def push_wrench(options, at):
     import tomllib
     with open(options.robot, "rb") as file:
         robot = tomllib.load(file)
-    demo_force = (6.0, 4.0, 3.0)
+    demo_force = (4.0, 3.0, 2.0)
     return f"{robot['robot']['tool_link']}:{','.join(map(str, demo_force))}@{at}+{PUSH_S}"
 
 

@@ -18,8 +18,8 @@ def panel(axes, motion, values, result, title, unit, push_at, until, stopped_at=
     axes.axvline(0.0, color=QUIET, lw=0.8, ls=":")
     if stopped_at is not None:
         axes.axvspan(stopped_at, until, color=STOP, alpha=0.5, lw=0)
-        axes.text(stopped_at, 0.02, " stopped and lowered", transform=axes.get_xaxis_transform(),
-                  fontsize=8, color=INK, va="bottom")
+        axes.text(until, 0.02, "stopped, lowered ", transform=axes.get_xaxis_transform(),
+                  fontsize=8, color=INK, va="bottom", ha="right")
     for joint, name in enumerate(motion["joints"]):
         axes.plot(motion["time"], values(joint), lw=1.4, color=colours[joint % len(colours)],
                   label=name)
@@ -43,7 +43,8 @@ def draw(floating, falling, result, path):
     panel(bottom, truth, lambda j: truth["torque"][j], result,
           "Compensation on: torque the drives make", "torque [N·m]", push_at, until,
           result["seconds"])
-    top.legend(fontsize=8, ncol=4, frameon=False, loc="upper right")
+    middle.legend(*top.get_legend_handles_labels(), fontsize=9, ncol=2, frameon=False,
+                  loc="center right")
     bottom.set_xlabel("time since the stand let go [s]")
     figure.tight_layout()
     figure.savefig(path, dpi=120)
