@@ -27,8 +27,8 @@ std::optional<std::string> read_file(const std::filesystem::path& file, Findings
   }
   const auto size = std::filesystem::file_size(file, problem);
   if (!problem && size > kMost) {
-    findings.error(place, fmt::format("{} has {} bytes, expected at most {}", quote_path(file),
-                                      size, kMost));
+    findings.error(
+        place, fmt::format("{} has {} bytes, expected at most {}", quote_path(file), size, kMost));
     return std::nullopt;
   }
   errno = 0;

@@ -19,6 +19,25 @@ DRIVE_FAULTS = [
 ]
 
 
+def changed(robot_file, tmp_path, pattern, replacement):
+    source = robot_file("planar2r")
+    text = source.read_text(encoding="utf-8")
+    text, count = re.subn(pattern, replacement, text, count=1, flags=re.M)
+    assert count == 1, f"{pattern} is not in {source}"
+    folder = pathlib.Path(tmp_path, "changed")
+    folder.mkdir()
+    (folder / "planar2r.urdf").write_bytes((source.parent / "planar2r.urdf").read_bytes())
+    (folder / "robot.toml").write_text(text, encoding="utf-8")
+    return folder / "robot.toml"
+
+
+@pytest.fixture
+def unhurried(robot_file, tmp_path):
+    """planar2r at 200 Hz: what a machine without real time, a virtual one too, can keep up with.
+    For tests whose point is wall-clock time; the others run at 1 kHz of simulated time."""
+    return changed(robot_file, tmp_path, r"^rate_hz *= *\d+", "rate_hz = 200")
+
+
 @pytest.mark.parametrize("kind, fault, action", DRIVE_FAULTS)
 def test_drive_fault(pair, kind, fault, action):
     """A joint fails 2 s after the drives were enabled: named, with joint and moment, and safe."""
@@ -35,9 +54,9 @@ def test_drive_fault(pair, kind, fault, action):
     assert fault in log and "openarm_joint4" in log
 
 
-def test_simulator_killed(pair, realtime):
+def test_simulator_killed(pair, realtime, unhurried):
     """SIGKILL of the drives' side: every joint falls silent, the daemon says so and ends in fault."""
-    it = pair("planar2r")
+    it = pair(unhurried)
     sim = it.sim("--release", RELEASE_S)
     daemon = it.daemon("--exit-on-fault", *realtime)
     it.wait_for_state("active")
@@ -48,9 +67,9 @@ def test_simulator_killed(pair, realtime):
     assert {f["name"] for f in summary["faults"]} & {"joint_silent", "bus_down"}
 
 
-def test_daemon_killed(pair, realtime):
+def test_daemon_killed(pair, realtime, unhurried):
     """SIGKILL of the daemon: every drive's own watchdog takes the torque away within its time-out."""
-    it = pair("planar2r")
+    it = pair(unhurried)
     sim = it.sim("--release", RELEASE_S)
     daemon = it.daemon(*realtime)
     it.wait_for_state("active")
@@ -63,9 +82,9 @@ def test_daemon_killed(pair, realtime):
     assert all(joint["enabled"] is False for joint in truth["joints"]), truth
 
 
-def test_daemon_killed_and_started_again(pair, realtime):
+def test_daemon_killed_and_started_again(pair, realtime, unhurried):
     """After a watchdog the drives stay off until told to clear, and the refusal says how."""
-    it = pair("planar2r")
+    it = pair(unhurried)
     it.sim("--release", RELEASE_S)
     daemon = it.daemon(*realtime)
     it.wait_for_state("active")
@@ -131,9 +150,9 @@ def test_stop_and_law_by_command(pair, binaries):
     it.wait_for_state("active")
 
 
-def test_interrupt_while_connecting(pair, realtime):
+def test_interrupt_while_connecting(pair, realtime, unhurried):
     """Nobody answers: the daemon says who is silent, and SIGINT ends it at once."""
-    it = pair("planar2r")
+    it = pair(unhurried)
     sim = it.sim()
     sim.send(signal.SIGSTOP)
     daemon = it.daemon(*realtime)
@@ -142,18 +161,6 @@ def test_interrupt_while_connecting(pair, realtime):
     status = daemon.wait(20)
     sim.send(signal.SIGCONT)
     assert status == 0, it.logs()
-
-
-def changed(robot_file, tmp_path, pattern, replacement):
-    source = robot_file("planar2r")
-    text = source.read_text(encoding="utf-8")
-    text, count = re.subn(pattern, replacement, text, count=1, flags=re.M)
-    assert count == 1, f"{pattern} is not in {source}"
-    folder = pathlib.Path(tmp_path, "changed")
-    folder.mkdir()
-    (folder / "planar2r.urdf").write_bytes((source.parent / "planar2r.urdf").read_bytes())
-    (folder / "robot.toml").write_text(text, encoding="utf-8")
-    return folder / "robot.toml"
 
 
 @pytest.mark.parametrize("pattern, replacement, expected", [
@@ -176,10 +183,10 @@ def test_bad_config(binaries, robot_file, tmp_path, pattern, replacement, expect
         assert expected in said, (program, said)
 
 
-def test_drive_contradicts_config(pair, robot_file, tmp_path, realtime):
+def test_drive_contradicts_config(pair, robot_file, tmp_path):
     """The drive's own range is not the configured one: refused before any torque, by register."""
     it = pair("planar2r")
-    sim = it.sim()
+    sim = it.sim("--lockstep")
     source = robot_file("planar2r").read_text(encoding="utf-8")
     wrong = re.sub(r"velocity_range_rad_s *= *[\d.]+", "velocity_range_rad_s = 30.0", source)
     assert wrong != source
@@ -189,7 +196,7 @@ def test_drive_contradicts_config(pair, robot_file, tmp_path, realtime):
     urdf = robot_file("planar2r").parent / "planar2r.urdf"
     (folder / "planar2r.urdf").write_bytes(urdf.read_bytes())
     it.robot = folder / "robot.toml"
-    daemon = it.daemon("--exit-on-fault", *realtime)
+    daemon = it.daemon("--exit-on-fault", "--simulated-time")
     assert daemon.wait(30) == 3, it.logs()
     assert "VMAX" in daemon.output() and "drive_refused" in daemon.output()
     sim.stop()

@@ -130,7 +130,7 @@ TEST_F(Simulation, LockstepAdvancesOnePeriodForEachSet) {
   ASSERT_TRUE(report.plant.release_s.has_value());
   EXPECT_NEAR(*report.plant.release_s - *report.plant.enabled_s, 0.05, 1.1e-3);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(report.plant.joints[i].motion_before, 0.0);
+    EXPECT_LT(report.plant.joints[i].motion_before, 1e-6);  // friction holds the codes' rounding
     EXPECT_EQ(arm.joint_counters(i).lost, 0U);
     // What the host was told is what the arm did, to the code's step.
     EXPECT_NEAR(state.joint[i].position, report.position[i], 25.0 / 65535.0);

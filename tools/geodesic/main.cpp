@@ -2,10 +2,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <string>
+#include <vector>
 
+#include "config/findings.hpp"
 #include "drivers/bus/bus.hpp"
 #include "tools/geodesic/command.hpp"
 #include "tools/geodesicd/control_socket.hpp"
@@ -19,6 +23,20 @@ constexpr const char* kExamples =
     "  geodesic status                           what the running daemon does\n"
     "  geodesic law hold                         hold the pose\n"
     "  geodesic COMMAND --help                   all about a command";
+
+// CLI11 answers a mistyped command with "a subcommand is required"; this names it.
+bool is_no_command(const CLI::App& app, const std::string& word) {
+  std::vector<std::string> known;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) {
+    known.emplace_back(command->get_name());
+  }
+  if (word.starts_with('-') || std::find(known.begin(), known.end(), word) != known.end()) {
+    return false;
+  }
+  fmt::print(stderr, "geodesic: there is no command \"{}\"{}; commands: {}\n", word,
+             config::did_you_mean(word, known), config::list_names(known));
+  return true;
+}
 
 int call(int argc, const char* const* argv) {
   CLI::App app(
@@ -37,6 +55,9 @@ int call(int argc, const char* const* argv) {
   add_status(app, run);
   add_law(app, run);
   add_stop(app, run);
+  if (argc > 1 && is_no_command(app, argv[1])) {
+    return kExitUsage;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -17,6 +17,7 @@ void Plant::let_go() {
   report_.release_s = elapsed_s();
   release_ns_ = now_ns_;
   report_.energy_at_release = physics_.energy();
+  for (std::size_t i = 0; i < drives_.size(); ++i) physics_.set_torque(i, torque_[i]);
   const std::vector<double> residual = physics_.unbalanced_torques();
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     report_.joints[i].at_release = physics_.position(i);
