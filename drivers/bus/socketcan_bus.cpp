@@ -29,6 +29,13 @@ std::int64_t realtime_ns() noexcept {
   return time.tv_sec * std::int64_t{1'000'000'000} + time.tv_nsec;
 }
 
+// CLOCK_MONOTONIC first: whoever is interrupted between the two dates the batch too old, never too
+// young, by no more than the interruption.
+void read_clocks(StampClock& clock) noexcept {
+  const std::int64_t monotonic_ns = rt::now_ns();
+  clock.read(monotonic_ns, realtime_ns());
+}
+
 bool link_is_gone(int error_number) noexcept {
   return error_number == ENETDOWN || error_number == ENODEV || error_number == ENXIO;
 }
@@ -49,7 +56,7 @@ SocketCanBus::SocketCanBus(const BusOptions& options)
     in_messages_[i].msg_hdr.msg_iovlen = 1;
     in_messages_[i].msg_hdr.msg_control = in_control_[i].bytes.data();
   }
-  clock_.read(rt::now_ns(), realtime_ns());
+  read_clocks(clock_);
   clock_.emptied();
 }
 
@@ -142,7 +149,7 @@ std::size_t SocketCanBus::read_batch() noexcept {
   if (got == 0) {
     return 0;
   }
-  clock_.read(rt::now_ns(), realtime_ns());
+  read_clocks(clock_);
   for (std::size_t i = 0; i < got; ++i) {
     take_in(in_messages_[i], in_frames_[i]);
   }

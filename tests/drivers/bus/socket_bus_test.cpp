@@ -36,7 +36,7 @@ class SocketBusTest : public ::testing::Test {
     folder_ = ::mkdtemp(name.data());
     path_ = (folder_ / "bus").string();
   }
-  ~SocketBusTest() override { fs::remove_all(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
 
   void serve(bool paced = false, std::int64_t bit_rate = 1'000'000) {
     hub_.emplace(SocketBusHubOptions{.path = path_, .paced = paced, .bit_rate = bit_rate});
