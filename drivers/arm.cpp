@@ -284,7 +284,7 @@ const control::ArmState& Arm::receive(std::int64_t tick_ns, std::int64_t deadlin
     const bool lost = joint.sent > 0 && !joint.answered;
     joint.counters.lost += lost ? 1 : 0;
     // Simulated time waits long for a reply that will come, and not twice for one that does not.
-    joint.awaited = !(impl_->simulated_time && lost);
+    joint.awaited = !(impl_->simulated_time && lost && !state.joint[i].fresh);
     joint.sent = 0;
     const DriveState& drive = joint.drive->state();
     state.joint[i].condition = drive.condition;

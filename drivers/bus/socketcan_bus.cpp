@@ -29,11 +29,11 @@ std::int64_t realtime_ns() noexcept {
   return time.tv_sec * std::int64_t{1'000'000'000} + time.tv_nsec;
 }
 
-// CLOCK_MONOTONIC first: whoever is interrupted between the two dates the batch too old, never too
-// young, by no more than the interruption.
+// CLOCK_MONOTONIC last: whoever is interrupted between the two dates the batch too young, by no
+// more than the interruption. Too old would make a reply look like one to an earlier command.
 void read_clocks(StampClock& clock) noexcept {
-  const std::int64_t monotonic_ns = rt::now_ns();
-  clock.read(monotonic_ns, realtime_ns());
+  const std::int64_t wall_ns = realtime_ns();
+  clock.read(rt::now_ns(), wall_ns);
 }
 
 bool link_is_gone(int error_number) noexcept {
