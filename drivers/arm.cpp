@@ -22,6 +22,7 @@ constexpr std::size_t kBatch = 64;
 constexpr int kMaxBatches = 16;    ///< read from one bus at one wake-up
 constexpr int kMaxWakeUps = 4096;  ///< of one cycle
 constexpr std::int64_t kSimulatedPatienceNs = rt::kNanosecondsPerSecond;
+constexpr int kSimulatedWaits = 8;  ///< in a row for one joint, each up to that long
 /// Arrival stamps come from another clock than now_ns(); a reply that seems to precede its command
 /// by no more than this belongs to it.
 constexpr std::int64_t kStampToleranceNs = 50'000;
@@ -45,6 +46,7 @@ struct Joint {
   std::size_t heard = 0;  ///< frames that answer them
   bool answered = false;
   bool awaited = true;  ///< receive() waits for its reply
+  int missing = 0;      ///< cycles in a row without news
   JointCounters counters;
 };
 
@@ -283,8 +285,10 @@ const control::ArmState& Arm::receive(std::int64_t tick_ns, std::int64_t deadlin
     Joint& joint = arm.joints[i];
     const bool lost = joint.sent > 0 && !joint.answered;
     joint.counters.lost += lost ? 1 : 0;
-    // Simulated time waits long for a reply that will come, and not twice for one that does not.
-    joint.awaited = !(impl_->simulated_time && lost && !state.joint[i].fresh);
+    // Simulated time waits long for a reply that may still come, on a machine that stood still for
+    // a second too, and no more for a drive that has gone silent.
+    joint.missing = lost && !state.joint[i].fresh ? joint.missing + 1 : 0;
+    joint.awaited = !impl_->simulated_time || joint.missing < kSimulatedWaits;
     joint.sent = 0;
     const DriveState& drive = joint.drive->state();
     state.joint[i].condition = drive.condition;
