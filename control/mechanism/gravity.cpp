@@ -3,6 +3,7 @@
 
 #include <cassert>
 
+#include "control/mechanism/inward_pass.hpp"
 #include "control/mechanism/joint_motion.hpp"
 
 namespace geodesic::control {
@@ -26,24 +27,8 @@ const Eigen::VectorXd& gravity(const Mechanism& mechanism, Workspace& workspace,
     state.force.force = body.inertia.mass * state.acceleration.linear;
     state.force.moment = body.inertia.first_moment.cross(state.acceleration.linear);
   }
-  // Inwards: what each joint must carry.
-  Eigen::VectorXd& result = workspace.gravity;
-  result.setZero();
-  for (std::size_t i = bodies.size(); i-- > 0;) {
-    const Body& body = bodies[i];
-    const auto& state = workspace.body[i];
-    if (body.motion == Motion::kFree) {
-      result.head<3>() = state.force.force;
-      result.segment<3>(3) = state.force.moment;
-      continue;
-    }
-    result[body.dof] += along_axis(body, state.force);
-    if (body.parent != kWorld) {
-      workspace.body[static_cast<std::size_t>(body.parent)].force +=
-          to_parent(state.parent_from_body, state.force);
-    }
-  }
-  return result;
+  inward_pass(mechanism, workspace, workspace.gravity);
+  return workspace.gravity;
 }
 
 }  // namespace geodesic::control

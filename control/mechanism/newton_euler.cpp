@@ -3,6 +3,7 @@
 
 #include <cassert>
 
+#include "control/mechanism/inward_pass.hpp"
 #include "control/mechanism/joint_motion.hpp"
 
 namespace geodesic::control {
@@ -41,22 +42,7 @@ void newton_euler(const Mechanism& mechanism, Workspace& workspace, const Vector
     state.force =
         body.inertia * state.acceleration + cross(state.velocity, body.inertia * state.velocity);
   }
-  // Inwards: what each joint must carry.
-  result.setZero();
-  for (std::size_t i = bodies.size(); i-- > 0;) {
-    const Body& body = bodies[i];
-    const auto& state = workspace.body[i];
-    if (body.motion == Motion::kFree) {
-      result.head<3>() = state.force.force;
-      result.segment<3>(3) = state.force.moment;
-      continue;
-    }
-    result[body.dof] += along_axis(body, state.force);
-    if (body.parent != kWorld) {
-      workspace.body[static_cast<std::size_t>(body.parent)].force +=
-          to_parent(state.parent_from_body, state.force);
-    }
-  }
+  inward_pass(mechanism, workspace, result);
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ class Lockstep {
         step();
         continue;
       }
-      // A clock is read only for a set that is late: it may be a slow call.
+      // A clock is read only while a set is incomplete: it may be a slow call.
       const std::int64_t left = addressed_any_ ? since_ns_ + kPatienceNs - rt::now_ns() : kNapNs;
       if (left < 0) {
         ++in_.report.incomplete_sets;
