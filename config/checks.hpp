@@ -32,6 +32,8 @@ void fill_buses(Draft& draft);
 /// [[joint]] against the URDF and the buses, in the mechanism's order of v; limits against the
 /// drive's ranges. (joints.cpp, joint_limits.cpp)
 void fill_joints(Draft& draft);
+/// Which joints are which arm. After fill_joints().
+void fill_arms(Draft& draft);
 
 /// Limits, gains and drive of one joint; `joint` is null if the URDF could not be read.
 control::JointTuning check_limits(const JointEntry& entry, const control::JointDescription* joint,
@@ -42,6 +44,9 @@ void check_identifiers(Draft& draft);
 
 /// The simulated arm's pose and joints. (simulation.cpp)
 void fill_simulation(Draft& draft);
+
+/// [[payload]], and which of them is carried. (payloads.cpp)
+void fill_payloads(Draft& draft);
 
 /// Whether every bus can carry its drives' frames at the configured rate. (budget.cpp)
 void check_budget(Draft& draft);

@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 #include <system_error>
 
 namespace geodesic::config {
@@ -33,14 +33,24 @@ std::optional<std::string> read_file(const std::filesystem::path& file, Findings
   }
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (stream) text << stream.rdbuf();
-  if (!stream) {
+  std::string text;
+  std::array<char, 65536> part;
+  // Pipes and devices tell no size, and some never end.
+  while (stream && text.size() <= kMost) {
+    stream.read(part.data(), part.size());
+    text.append(part.data(), static_cast<std::size_t>(stream.gcount()));
+  }
+  if (!stream.is_open() || stream.bad()) {
     findings.error(place, fmt::format("{} cannot be read: {}", quote_path(file),
                                       std::generic_category().message(errno)));
     return std::nullopt;
   }
-  return text.str();
+  if (text.size() > kMost) {
+    findings.error(place,
+                   fmt::format("{} has more than the {} bytes expected", quote_path(file), kMost));
+    return std::nullopt;
+  }
+  return text;
 }
 
 }  // namespace geodesic::config

@@ -9,6 +9,22 @@
 #include <utility>
 
 namespace geodesic::config {
+namespace {
+
+/// Bytes of the letter that `text` begins with; 0: a control character, or no UTF-8.
+std::size_t letter_bytes(std::string_view text) {
+  const auto code = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (code(0) < 0x80) return code(0) >= 0x20 && code(0) != 0x7f ? 1 : 0;
+  const std::size_t bytes = code(0) >= 0xf0 ? 4 : (code(0) >= 0xe0 ? 3 : 2);
+  if (code(0) < 0xc2 || code(0) > 0xf4 || text.size() < bytes) return 0;
+  for (std::size_t i = 1; i < bytes; ++i) {
+    if ((code(i) & 0xc0U) != 0x80U) return 0;
+  }
+  // U+0080 to U+009F are control characters too: a terminal takes the latter of them for ESC [.
+  return code(0) == 0xc2 && code(1) < 0xa0 ? 0 : bytes;
+}
+
+}  // namespace
 
 std::string to_string(const Message& message) {
   std::string place = message.place.file.string();
@@ -29,6 +45,7 @@ void Findings::warning(Place place, std::string text) {
 
 void Findings::add(Message message) {
   if (message.severity == Message::Severity::kError) ++errors_;
+  message.text = printable(message.text);  // parsers' own texts hold pieces of the file as it is
   messages_.push_back(std::move(message));
 }
 
@@ -104,21 +121,26 @@ std::string list_names(std::span<const std::string> names) {
   return text;
 }
 
-std::string quote(std::string_view text, std::size_t most) {
-  std::string shown = "\"";
-  for (const char letter : text.substr(0, most)) {
-    const auto code = static_cast<unsigned char>(letter);
-    shown += code < 0x20 || code == 0x7f ? '?' : letter;
+std::string printable(std::string_view text) {
+  std::string shown;
+  while (!text.empty()) {
+    const std::size_t bytes = letter_bytes(text);
+    shown += bytes > 0 ? text.substr(0, bytes) : std::string_view("?");
+    text.remove_prefix(std::max<std::size_t>(bytes, 1));
   }
+  return shown;
+}
+
+std::string quote(std::string_view text, std::size_t most) {
+  std::string_view kept = text.substr(0, most);
   if (text.size() > most) {
     // A multi-byte letter is not cut in half.
-    while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0U) == 0x80U) {
-      shown.pop_back();
+    while (!kept.empty() && (static_cast<unsigned char>(kept.back()) & 0xC0U) == 0x80U) {
+      kept.remove_suffix(1);
     }
-    if (static_cast<unsigned char>(shown.back()) >= 0xC0U) shown.pop_back();
-    shown += "...";
+    if (!kept.empty() && static_cast<unsigned char>(kept.back()) >= 0xC0U) kept.remove_suffix(1);
   }
-  return shown + "\"";
+  return "\"" + printable(kept) + (text.size() > most ? "...\"" : "\"");
 }
 
 std::string quote_path(const std::filesystem::path& path) {

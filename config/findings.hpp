@@ -40,6 +40,9 @@ std::string did_you_mean(std::string_view found, std::span<const std::string> kn
 /// `a, b, c`; `none` if there are none; long lists are cut and say so.
 std::string list_names(std::span<const std::string> names);
 
+/// Text as it may be shown on any terminal: control characters and broken UTF-8 become '?'.
+std::string printable(std::string_view text);
+
 /// Text as it may be shown: quoted, control characters and broken UTF-8 replaced, cut if long.
 std::string quote(std::string_view text, std::size_t most = 60);
 /// A path is never cut: people copy it.

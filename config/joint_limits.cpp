@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "config/checks.hpp"
+#include "config/watch_options.hpp"
 
 namespace geodesic::config {
 namespace {
@@ -164,6 +165,7 @@ control::JointTuning check_limits(const JointEntry& entry, const control::JointD
   limits.position(tuning);
   tuning.velocity_limit = limits.velocity();
   tuning.torque_limit = limits.torque();
+  watch_defaults(entry, tuning);
   return tuning;
 }
 

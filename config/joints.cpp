@@ -170,9 +170,10 @@ void fill_joints(Draft& draft) {
     options.direction = entry.direction.value < 0 ? -1.0 : 1.0;
     options.ratio = entry.ratio.value;
     options.offset = entry.offset.value;
+    control::JointTuning tuning = check_limits(entry, joint, draft.robot.period_ns, draft.findings);
+    tuning.bus = options.bus;
+    draft.robot.controller.joints.push_back(std::move(tuning));
     draft.robot.arm.joints.push_back(std::move(options));
-    draft.robot.controller.joints.push_back(
-        check_limits(entry, joint, draft.robot.period_ns, draft.findings));
   }
 }
 

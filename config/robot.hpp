@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,23 @@ struct Message {
 };
 std::string to_string(const Message& message);
 
+/// Whether a running daemon takes a change of an option (options/options.hpp).
+enum class Live : std::uint8_t;
+
+/// One option of a robot as it stands, with what its declaration says of it (settings.hpp).
+struct Setting {
+  std::vector<std::string> steps;  ///< {"joint", "elbow", "damping"}
+  std::string path;                ///< "joint.elbow.damping"
+  std::string value;               ///< as TOML, exact; empty: not given, and no constant stands in
+  std::string fallback;            ///< where `value` is empty: how it is found, "the URDF's"
+  std::string unit;
+  std::string range;
+  std::string doc;
+  Live live{};
+  bool element = false;  ///< stands for a whole [[table]], not for a value
+  Place place;           ///< where a file says so; line 0: nowhere
+};
+
 struct RealtimeOptions {
   int priority = 80;              ///< SCHED_FIFO
   std::vector<int> cpus;          ///< pin to these; empty: wherever the kernel likes
@@ -47,6 +65,16 @@ struct SimulationOptions {
   double floor_z_m = 0.0;
   bool floor = false;               ///< there is a floor to touch at floor_z_m
   double reply_latency_s = 100e-6;  ///< a drive's, from end of command to start of reply
+  /// What the simulated arm carries, index into Robot::payloads; the controller does not know of
+  /// it.
+  std::optional<std::size_t> payload;
+};
+
+/// Something the arm may carry, rigidly held by a link.
+struct Payload {
+  std::string name;
+  std::string link;
+  control::LinkInertia inertia;  ///< in the link's frame
 };
 
 struct Robot {
@@ -61,6 +89,21 @@ struct Robot {
   control::ControllerOptions controller;
   RealtimeOptions realtime;
   SimulationOptions simulation;
+  std::vector<Payload> payloads;
+  std::optional<std::size_t> payload;  ///< what the controller counts with; none: nothing
+  std::vector<Setting> settings;       ///< every option there is, in the order of the reference
+};
+
+/// The texts a robot is made from.
+struct RobotText {
+  std::string robot;  ///< the TOML
+  std::string urdf;
+};
+
+/// A value to be taken in place of what the file says.
+struct Override {
+  std::string path;   ///< as Setting::path
+  std::string value;  ///< as TOML
 };
 
 struct LoadOptions {
@@ -68,11 +111,16 @@ struct LoadOptions {
   /// Replaces the buses' interfaces, one for each in order (a single name for several buses is
   /// refused: identifiers are told apart by bus). From --bus of the command line.
   std::vector<std::string> bus_override;
+  /// Taken as if the file said so, and checked alike; messages name them in place of a file.
+  std::vector<Override> overrides;
+  /// These texts are read in place of the files.
+  std::optional<RobotText> text;
 };
 
 struct LoadResult {
   Robot robot;                    ///< whole only if ok
   std::vector<Message> messages;  ///< in order of place
+  RobotText text;                 ///< what was read
   bool ok = false;
 };
 

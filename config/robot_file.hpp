@@ -9,10 +9,14 @@
 
 namespace geodesic::config {
 
+/// How a file says that nothing is carried.
+inline constexpr std::string_view kNoPayload = "none";
+
 struct RobotEntry {
   Given<std::string> name, urdf, tool_link;
   Given<std::array<double, 3>> gravity{{0.0, 0.0, -9.81}, false, {}};
   Given<double> rate_hz{1000.0, false, {}};
+  Given<std::string> payload{std::string(kNoPayload), false, {}};
   std::vector<NamedNumber> lock;
 };
 
@@ -46,7 +50,7 @@ struct SimulatedJointEntry {
 
 struct JointEntry {
   Place place;
-  Given<std::string> name, bus;
+  Given<std::string> name, bus, arm;
   DriveEntry drive;
   Given<std::int64_t> direction{1, false, {}};
   Given<double> ratio{1.0, false, {}};
@@ -67,6 +71,7 @@ struct JointEntry {
   Given<double> friction_velocity{control::JointTuning{}.friction_velocity, false, {}};
   Given<double> temperature_warn_c{control::JointTuning{}.temperature_warn_c, false, {}};
   Given<double> temperature_limit_c{control::JointTuning{}.temperature_limit_c, false, {}};
+  Given<double> contact_torque, static_torque_tolerance, vibration_velocity;
   SimulatedJointEntry simulation;
 };
 
@@ -74,9 +79,12 @@ struct ControlEntry {
   Given<std::string> law{"float", false, {}};
   Given<bool> start_active{control::ControllerOptions{}.start_active, false, {}};
   Given<double> velocity_filter_hz{control::ControllerOptions{}.velocity_filter_hz, false, {}};
+  Given<double> retune_s{control::ControllerOptions{}.retune_s, false, {}};
 };
 
 struct SafetyEntry {
+  Given<std::int64_t> carry_on_cycles{control::SafetyOptions{}.carry_on_cycles, false, {}};
+  Given<std::int64_t> damp_cycles{control::SafetyOptions{}.damp_cycles, false, {}};
   Given<std::int64_t> silent_cycles{control::SafetyOptions{}.silent_cycles, false, {}};
   Given<std::int64_t> overrun_cycles{control::SafetyOptions{}.overrun_cycles, false, {}};
   Given<double> start_ramp_s{control::SafetyOptions{}.start_ramp_s, false, {}};
@@ -84,13 +92,39 @@ struct SafetyEntry {
   Given<double> stop_rest_s{control::SafetyOptions{}.stop_rest_s, false, {}};
   Given<double> stop_timeout_s{control::SafetyOptions{}.stop_timeout_s, false, {}};
   Given<double> lower_s{control::SafetyOptions{}.lower_s, false, {}};
+  Given<double> settle_timeout_s{control::SafetyOptions{}.settle_timeout_s, false, {}};
+  Given<std::string> other_arm{"stop", false, {}};
   Given<double> connect_timeout_s{control::SafetyOptions{}.connect_timeout_s, false, {}};
   Given<double> enable_timeout_s{control::SafetyOptions{}.enable_timeout_s, false, {}};
   Given<double> start_velocity{control::SafetyOptions{}.start_velocity, false, {}};
   Given<double> encoder_jump{control::SafetyOptions{}.encoder_jump, false, {}};
+  Given<double> encoder_stuck{control::SafetyOptions{}.encoder_stuck, false, {}};
+};
+
+struct ContactEntry {
+  Given<std::string> reaction{"report", false, {}};
+  Given<std::string> torque{"measured", false, {}};
+  Given<double> observer_hz{control::ContactOptions{}.observer_hz, false, {}};
+  Given<double> hysteresis{control::ContactOptions{}.hysteresis, false, {}};
+  Given<double> release_s{control::ContactOptions{}.release_s, false, {}};
+};
+
+struct VibrationEntry {
+  Given<double> lowest_hz{control::VibrationOptions{}.lowest_hz, false, {}};
+  Given<double> highest_hz{control::VibrationOptions{}.highest_hz, false, {}};
+  Given<std::int64_t> half_cycles{control::VibrationOptions{}.half_cycles, false, {}};
+  Given<double> lowest_authority{control::VibrationOptions{}.lowest_authority, false, {}};
+};
+
+struct PayloadEntry {
+  Place place;
+  Given<std::string> name, link;
+  Given<double> mass;
+  Given<std::array<double, 3>> com, inertia, products;
 };
 
 struct SimulationEntry {
+  Given<std::string> payload{std::string(kNoPayload), false, {}};
   std::vector<NamedNumber> pose;
   Given<double> floor_z_m;
   Given<double> reply_latency_us{SimulationOptions{}.reply_latency_s * 1e6, false, {}};
@@ -102,8 +136,11 @@ struct RobotFile {
   std::vector<BusEntry> buses;
   JointEntry joint_defaults;
   std::vector<JointEntry> joints;
+  std::vector<PayloadEntry> payloads;
   ControlEntry control;
   SafetyEntry safety;
+  ContactEntry contact;
+  VibrationEntry vibration;
   SimulationEntry simulation;
 };
 

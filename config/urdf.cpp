@@ -176,11 +176,13 @@ bool read_by_urdfdom(const UrdfDocument& document, control::TreeDescription& tre
 
 }  // namespace
 
-UrdfResult load_urdf(const std::filesystem::path& file, bool strict) {
+UrdfResult load_urdf(const std::filesystem::path& file, bool strict,
+                     std::optional<std::string> text) {
   UrdfResult result;
   Findings findings;
-  const std::optional<std::string> text = read_file(file, findings);
+  if (!text) text = read_file(file, findings);
   if (text) {
+    result.text = *text;
     UrdfDocument document(file, *text);
     if (document.parse(findings)) {
       const UrdfIndex index = check_urdf(document, findings);

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,12 +18,15 @@ struct UrdfResult {
   std::vector<Message> messages;        ///< in order of place
   std::map<std::string, Place> links;   ///< where each is declared
   std::map<std::string, Place> joints;  ///< where each is declared
+  std::string text;                     ///< what was read
   bool ok = false;
 };
 
 /// Reads and checks a URDF: its structure, every number, and whether a body can have such inertia.
 /// Numbers and rotations arrive exactly as written. Never throws for what the file says.
 /// @param strict  what is odd but usable (the model lint's warnings) is an error.
-UrdfResult load_urdf(const std::filesystem::path& file, bool strict);
+/// @param text  is read in place of the file.
+UrdfResult load_urdf(const std::filesystem::path& file, bool strict,
+                     std::optional<std::string> text = std::nullopt);
 
 }  // namespace geodesic::config

@@ -180,10 +180,21 @@ class Checker {
   void axis(const std::string& name, const XMLElement& e) {
     const XMLElement* element = only_child(e, "axis");
     if (element == nullptr) return;
-    const auto found = numbers_.triple(*element, "xyz", {1.0, 0.0, 0.0});
-    if (found && std::hypot((*found)[0], (*found)[1], (*found)[2]) < 1e-6) {
+    // urdfdom takes an axis without its figures for 0 0 0.
+    if (element->Attribute("xyz") == nullptr) {
+      error(*element, fmt::format("<axis> of joint {} has no xyz=\"...\"", quote(name)));
+      return;
+    }
+    const auto found = numbers_.triple(*element, "xyz", {});
+    if (!found) return;
+    const double length = std::hypot((*found)[0], (*found)[1], (*found)[2]);
+    if (length < 1e-6) {
       error(*element, "xyz",
             fmt::format("joint {} has the axis 0 0 0, expected a direction", quote(name)));
+    } else if (length > 1e6) {
+      error(*element, "xyz",
+            fmt::format("joint {} has an axis of length {:.3g}, expected a direction of length 1",
+                        quote(name), length));
     }
   }
 

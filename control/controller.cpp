@@ -6,12 +6,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "control/estimate.hpp"
-#include "control/law/law.hpp"
+#include "control/controller_impl.hpp"
 #include "control/mechanism/newton_euler.hpp"
-#include "control/mechanism/workspace.hpp"
-#include "control/safety/assess.hpp"
-#include "control/safety/limits.hpp"
 
 namespace geodesic::control {
 namespace {
@@ -41,104 +37,179 @@ void refuse_misfits(const Mechanism& mechanism, const ControllerOptions& options
       }
     }
   }
+  if (text.empty()) {
+    for (const std::string& complaint : check_arms(options, mechanism)) {
+      text += (text.empty() ? "" : "; ") + complaint;
+    }
+  }
   if (!text.empty()) {
     throw std::invalid_argument(text);
   }
 }
 
-Mechanism checked(Mechanism mechanism, const ControllerOptions& options) {
+Setup checked(Mechanism mechanism, const ControllerOptions& options) {
   refuse_misfits(mechanism, options);
-  return mechanism;
-}
-
-SupervisorOptions supervisor_options(const ControllerOptions& options) {
-  return {options.joints.size(), options.start_active, options.safety};
+  return {options, std::move(mechanism)};
 }
 
 }  // namespace
 
-struct Controller::Impl {
-  Impl(Mechanism mechanism_in, const ControllerOptions& options_in)
-      : mechanism(checked(std::move(mechanism_in), options_in)),
-        workspace(mechanism),
-        options(options_in),
-        supervisor(supervisor_options(options_in)),
-        joints(options_in.joints.size()),
-        law(options_in.law),
-        estimator(options_in) {
-    command.joints = joints;
-    report.law = law;
-  }
+Controller::Impl::Impl(Mechanism mechanism, const ControllerOptions& options_in)
+    : built_in(checked(std::move(mechanism), options_in)),
+      arms(arms_of(options_in)),
+      workspace(built_in.mechanism),
+      supervisor(robot_supervisor(options_in)),
+      joints(options_in.joints.size()),
+      estimator(options_in),
+      watch(built_in.mechanism) {
+  law.fill(options_in.law);
+  command.joints = joints;
+  report.arms = arms.count;
+  report_arms();
+}
 
-  const ArmCommand& update(const ArmState& state, std::int64_t period_ns) noexcept;
-  void take_request(Flags& flags, const Estimate& estimate) noexcept;
-  void decide(const ArmState& state, const Estimate& estimate) noexcept;
-  void evaluate(const Estimate& estimate, std::int64_t tick_ns, std::int64_t period_ns) noexcept;
-  void write_command(const ArmState& state, const Estimate& estimate, double period_s) noexcept;
-  double wanted_torque(std::size_t joint, const Estimate& estimate) const noexcept;
-  void write_torque(std::size_t joint, double wanted, double period_s) noexcept;
-
-  const Mechanism mechanism;
-  Workspace workspace;
-  const ControllerOptions options;
-  const SupervisorOptions supervisor;
-  const std::size_t joints;
-
-  LawKind law;
-  Request request;
-  Estimator estimator;
-  SupervisorMemory memory;
-  BoundFindings bounds;
-  std::array<double, kMaxJoints> acting_position{};  ///< when the torque will act
-  std::array<double, kMaxJoints> reference{};        ///< position at entry into the law
-  std::array<double, kMaxJoints> last_torque{};      ///< as it left in the last cycle
-  ArmCommand command;
-  ControllerReport report;
-};
-
-/// Turns what an operator asked for into flags, or into a reason why not.
-void Controller::Impl::take_request(Flags& flags, const Estimate& estimate) noexcept {
-  const Request asked = request;
-  request = Request{};
-  report.refused = nullptr;
-  if (asked.kind == Request::Kind::kStop) {
-    flags.stop_requested = true;
-    return;
-  }
-  if (asked.kind != Request::Kind::kLaw) {
-    return;
-  }
-  if (asked.law > LawKind::kZero) {
-    report.refused = "there is no such law";
-  } else if (asked.law == LawKind::kZero && !options.allow_zero_law) {
-    report.refused =
-        "law zero lets the arm fall and is for simulation only: set allow_zero_law in the "
-        "configuration";
-  } else if (memory.state == SupervisorState::kStopping ||
-             memory.state == SupervisorState::kLowering) {
-    report.refused = "the arm is being stopped: ask again when the state is off or fault";
-  } else {
-    flags.law_requested = true;
-    law = asked.law;
-    reference = estimate.position;
+void Controller::Impl::ask(const Request& request) noexcept {
+  const bool all = request.arm == Request::kAllArms;
+  const auto one = static_cast<std::size_t>(std::max(request.arm, 0));
+  asked_nonsense |= !all && (request.arm < 0 || one >= arms.count);
+  const BitSet concerned =
+      (all ? first(arms.count) : bit(std::min<std::size_t>(one, 31))) & first(arms.count);
+  if (request.kind == Request::Kind::kStop) {
+    asked.stop |= concerned;
+  } else if (request.kind == Request::Kind::kLaw) {
+    asked.law |= concerned;
+    for (std::size_t a = 0; a < arms.count; ++a) {
+      asked_law[a] = has(concerned, a) ? request.law : asked_law[a];
+    }
   }
 }
 
-void Controller::Impl::decide(const ArmState& state, const Estimate& estimate) noexcept {
-  Flags flags = assess(options, state, estimate, bounds);
-  take_request(flags, estimate);
-  const std::int64_t now_ns = std::clamp<std::int64_t>(state.tick_ns, 0, kLatestInstant);
-  const SupervisorDecision decision = supervise(supervisor, memory, flags, now_ns);
-  memory = decision.memory;
+/// Turns what operators asked for into what the supervisors are asked, or into a reason why not.
+Requests Controller::Impl::take_requests(const Estimate& estimate) noexcept {
+  Requests taken = asked;
+  taken.law &= ~taken.stop;
+  report.refused = asked_nonsense ? "there is no such arm" : nullptr;
+  asked = Requests{};
+  asked_nonsense = false;
+  const BitSet wanted = taken.law;
+  for (std::size_t a = 0; a < arms.count; ++a) {
+    if (!has(wanted, a)) {
+      continue;
+    }
+    const SupervisorState state = memory.arm[a].state;
+    if (asked_law[a] > LawKind::kZero) {
+      report.refused = "there is no such law";
+    } else if (asked_law[a] == LawKind::kZero && !options().allow_zero_law) {
+      report.refused =
+          "law zero lets the arm fall and is for simulation only: set allow_zero_law in the "
+          "configuration";
+    } else if (state == SupervisorState::kStopping || state == SupervisorState::kLowering) {
+      report.refused = "the arm is being stopped: ask again when the state is off or fault";
+    } else {
+      continue;
+    }
+    taken.law = 0;  // all of them or none
+  }
+  for (std::size_t i = 0; i < joints; ++i) {
+    if (has(taken.law, arm_of(i))) {
+      law[arm_of(i)] = asked_law[arm_of(i)];
+      reference[i] = estimate.position[i];
+    }
+  }
+  if (taken.law != 0) {
+    watch.recover();
+  }
+  return taken;
+}
 
-  report.state = memory.state;
-  report.law = law;
-  report.authority = memory.authority;
-  report.restart_drives = decision.restart_drives;
+void Controller::Impl::decide(const ArmState& state, const Estimate& estimate) noexcept {
+  Flags flags = assess(options(), state, estimate, bounds);
+  watch.add_to(flags);
+  const Requests requests = take_requests(estimate);
+  const std::int64_t now_ns = std::clamp<std::int64_t>(state.tick_ns, 0, kLatestInstant);
+  const RobotDecision decision = supervise_arms(supervisor, memory, flags, requests, now_ns);
+
+  for (std::size_t a = 0; a < arms.count; ++a) {
+    damps[a] = worst_action(supervisor.arm[a], memory.arm[a]) == Action::kDamp;
+  }
+  report.restart = decision.restart;
+  report.restart_drives = decision.restart != 0;
   report.events = decision.events;
   for (std::size_t i = 0; i < decision.events; ++i) {
     report.event[i] = decision.event[i];
-    add_evidence(report.event[i], options, state, estimate, bounds, memory);
+    add_evidence(report.event[i], options(), state, estimate, bounds,
+                 memory.arm[static_cast<std::size_t>(decision.event[i].arm)]);
+    watch.add_evidence(report.event[i], options());
+  }
+  report_arms();
+  count_missing(estimate);
+}
+
+/// Keeps what observe() will need, before anything of it is decided anew.
+void Controller::Impl::note_cycle(const ArmState& state, std::int64_t period_ns) noexcept {
+  unobserved.waits = true;
+  unobserved.state.tick_ns = state.tick_ns;
+  unobserved.state.joints = state.joints;
+  std::copy_n(state.joint.begin(), joints, unobserved.state.joint.begin());
+  std::copy_n(command.joint.begin(), joints, unobserved.sent.joint.begin());
+  std::copy_n(report.model_torque.begin(), joints, unobserved.model.begin());
+  unobserved.period_ns = period_ns;
+  unobserved.active = 0;
+  unobserved.torque = 0;
+  for (std::size_t i = 0; i < joints; ++i) {
+    const SupervisorMemory& own = memory_of(i);
+    unobserved.authority[i] = own.authority;
+    const bool compensates = law[arm_of(i)] != LawKind::kZero;
+    unobserved.active |= own.state == SupervisorState::kActive && compensates ? bit(i) : 0;
+    unobserved.torque |= makes_torque(own.state) && !own.drives_only ? bit(i) : 0;
+  }
+}
+
+void Controller::Impl::observe() noexcept {
+  if (!unobserved.waits) {
+    return;
+  }
+  unobserved.waits = false;
+  watch.observe(options(), setup->mechanism, workspace,
+                {.state = unobserved.state,
+                 .estimate = estimator.estimate(),
+                 .sent = unobserved.sent,
+                 .model = unobserved.model,
+                 .authority = unobserved.authority,
+                 .active = unobserved.active,
+                 .torque = unobserved.torque,
+                 .period_ns = unobserved.period_ns});
+  report.external_torque = watch.external_torque();
+  report.touched = watch.touched();
+  for (std::size_t i = 0; i < joints; ++i) {
+    report.gain[i] = watch.gain(i);
+    report.static_check[i] = watch.static_check().state(i);
+  }
+}
+
+void Controller::Impl::report_arms() noexcept {
+  report.state = overall(supervisor, memory);
+  for (std::size_t a = arms.count; a-- > 0;) {
+    const SupervisorMemory& own = memory.arm[a];
+    report.arm[a] = {own.state, law[a], own.authority};
+    if (own.state == report.state) {
+      report.law = law[a];
+      report.authority = own.authority;
+    }
+  }
+}
+
+void Controller::Impl::count_missing(const Estimate& estimate) noexcept {
+  for (std::size_t i = 0; i < joints; ++i) {
+    const SupervisorState state = memory_of(i).state;
+    MissingReplies& counted = report.missing[i];
+    // A drive owes replies once it has been configured.
+    const bool owed = state == SupervisorState::kReady || state == SupervisorState::kEnabling ||
+                      makes_torque(state);
+    const bool missed = owed && !has(estimate.fresh, i);
+    counted.run = missed ? counted.run + 1 : 0;
+    counted.total += missed ? 1 : 0;
+    counted.longest = std::max(counted.longest, counted.run);
   }
 }
 
@@ -150,10 +221,6 @@ void Controller::Impl::evaluate(const Estimate& estimate, std::int64_t tick_ns,
                                 std::int64_t period_ns) noexcept {
   report.position = estimate.position;
   report.velocity = estimate.velocity;
-  if (estimate.known != first(joints)) {
-    report.model_torque.fill(0.0);
-    return;
-  }
   const std::int64_t acts_ns =
       std::clamp<std::int64_t>(tick_ns, 0, kLatestInstant) + period_ns + period_ns / 2;
   const double ahead_s = 1e-9 * static_cast<double>(std::clamp<std::int64_t>(
@@ -164,82 +231,35 @@ void Controller::Impl::evaluate(const Estimate& estimate, std::int64_t tick_ns,
   const auto size = static_cast<Eigen::Index>(joints);
   const Eigen::Map<const Eigen::VectorXd> q(acting_position.data(), size);
   const Eigen::Map<const Eigen::VectorXd> v(estimate.velocity.data(), size);
-  Eigen::Map<Eigen::VectorXd>(report.model_torque.data(), size) = bias(mechanism, workspace, q, v);
-}
-
-double Controller::Impl::wanted_torque(std::size_t joint, const Estimate& estimate) const noexcept {
-  const JointTuning& tuning = options.joints[joint];
-  const LawInput input{estimate.position[joint], estimate.velocity[joint],
-                       report.model_torque[joint], reference[joint]};
-  const double wall = wall_torque(tuning, input.position, input.velocity);
-  switch (memory.state) {
-    case SupervisorState::kActive:
-      return memory.authority * (law_torque(law, tuning, input) + wall);
-    case SupervisorState::kStopping: {
-      // Compensation as far as it had come; the damping whole, since it only ever brakes.
-      const double damping = damp_torque(tuning, input) - input.model_torque;
-      return memory.authority * (input.model_torque + wall) + damping;
-    }
-    case SupervisorState::kLowering:
-      return memory.authority * (input.model_torque + wall);
-    default:
-      return 0.0;
-  }
-}
-
-void Controller::Impl::write_torque(std::size_t joint, double wanted, double period_s) noexcept {
-  const JointTuning& tuning = options.joints[joint];
-  const BoundedTorque bounded = bound_torque(tuning, wanted, last_torque[joint], period_s);
-  JointCommand& out = command.joint[joint];
-  out.torque = bounded.torque;
-  bounds.wanted[joint] = wanted;
-  bounds.saturated |= bounded.saturated ? bit(joint) : 0;
-  if (!bounded.finite) {
-    bounds.not_finite |= bit(joint);
-    out.damping = tuning.drive_damping;
-  }
-}
-
-void Controller::Impl::write_command(const ArmState& state, const Estimate& estimate,
-                                     double period_s) noexcept {
-  const bool torque_flows = makes_torque(memory.state) && !memory.drives_only;
-  const BitSet failed = failed_drives(memory);
-  const BitSet silent = silent_joints(supervisor, memory);
-  bounds.saturated = 0;
-  bounds.not_finite = 0;
+  Eigen::Map<Eigen::VectorXd>(report.model_torque.data(), size) =
+      bias(setup->mechanism, workspace, q, v);
+  // Arms do not carry each other: what one of them does not know of itself is its own affair.
   for (std::size_t i = 0; i < joints; ++i) {
-    const DriveCondition condition =
-        i < state.joints ? state.joint[i].condition : DriveCondition::kUnknown;
-    JointCommand& out = command.joint[i];
-    out.mode = drive_mode(memory, i, condition);
-    out.torque = 0.0;
-    out.position = estimate.position[i];
-    out.velocity = 0.0;
-    out.stiffness = 0.0;
-    // A joint that is not seen cannot be damped from here; its drive may still hear us.
-    const bool drive_damps = memory.state == SupervisorState::kLowering ||
-                             (makes_torque(memory.state) && has(silent, i));
-    out.damping = drive_damps && !has(failed, i) ? options.joints[i].drive_damping : 0.0;
-    if (torque_flows && !has(failed, i)) {
-      write_torque(i, wanted_torque(i, estimate), period_s);
-    }
-    last_torque[i] = out.torque;
+    const BitSet needed = arms.joints[arm_of(i)];
+    report.model_torque[i] = (estimate.known & needed) == needed ? report.model_torque[i] : 0.0;
   }
 }
 
 const ArmCommand& Controller::Impl::update(const ArmState& state, std::int64_t period_ns) noexcept {
   const std::int64_t period = std::clamp<std::int64_t>(period_ns, 1, kLongestPeriod);
-  const SupervisorState before = memory.state;
+  BitSet was_active = 0;
+  for (std::size_t a = 0; a < arms.count; ++a) {
+    was_active |= memory.arm[a].state == SupervisorState::kActive ? arms.joints[a] : 0;
+  }
+  observe();
   const Estimate& estimate = estimator.update(state, period);
+  note_cycle(state, period);
   decide(state, estimate);
-  if (report.restart_drives) {
-    estimator.reset();  // what was measured before the dialogues began anew may not hold any more
+  if (report.restart != 0) {
+    watch.restart();
+    // What was measured before the dialogues began anew may not hold any more.
+    estimator.reset(report.restart);
   }
   evaluate(estimate, state.tick_ns, period);
-  if (before != SupervisorState::kActive) {
-    reference = estimate.position;
+  for (std::size_t i = 0; i < joints; ++i) {
+    reference[i] = has(was_active, i) ? reference[i] : estimate.position[i];
   }
-  write_command(state, estimate, static_cast<double>(period) * 1e-9);
+  write_command(state, static_cast<double>(period) * 1e-9);
   return command;
 }
 
@@ -253,9 +273,15 @@ const ArmCommand& Controller::update(const ArmState& state, std::int64_t period_
 }
 
 void Controller::request(const Request& request) noexcept {
-  if (impl_->request.kind != Request::Kind::kStop) {
-    impl_->request = request;
-  }
+  impl_->ask(request);
+}
+
+void Controller::observe() noexcept {
+  impl_->observe();
+}
+
+const Setup* Controller::exchange(const Setup* next) noexcept {
+  return impl_->exchange(next);
 }
 
 const ControllerReport& Controller::report() const noexcept {

@@ -28,20 +28,27 @@ bool plausible(const JointState& joint) noexcept {
 }  // namespace
 
 Estimator::Estimator(const ControllerOptions& options)
-    : joints_(std::min(options.joints.size(), kMaxJoints)),
-      filter_rad_s_(2.0 * std::numbers::pi * options.velocity_filter_hz),
-      encoder_jump_(options.safety.encoder_jump) {
+    : joints_(std::min(options.joints.size(), kMaxJoints)) {
+  retune(options);
+}
+
+void Estimator::retune(const ControllerOptions& options) noexcept {
+  filter_rad_s_ = 2.0 * std::numbers::pi * options.velocity_filter_hz;
+  encoder_jump_ = options.safety.encoder_jump;
+  carry_on_cycles_ = options.safety.carry_on_cycles;
   for (std::size_t i = 0; i < joints_; ++i) {
     joint_[i].velocity_limit = options.joints[i].velocity_limit;
   }
 }
 
-void Estimator::reset() noexcept {
-  estimate_.known = 0;
-  estimate_.velocity.fill(0.0);
-  for (Joint& joint : joint_) {
-    joint.velocity = 0.0;
-    joint.filtered = 0.0;
+void Estimator::reset(std::uint32_t joints) noexcept {
+  estimate_.known &= ~joints;
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    if ((joints >> i & 1U) != 0) {
+      estimate_.velocity[i] = 0.0;
+      joint_[i].velocity = 0.0;
+      joint_[i].filtered = 0.0;
+    }
   }
 }
 
@@ -89,7 +96,7 @@ void Estimator::measure(std::size_t index, const JointState& measured) noexcept 
       estimate_.jumped |= self;
     }
     // After a silence in which the joint was taken to be at rest, the old velocity means nothing.
-    const bool continuous = joint.missed <= kExtrapolatedPeriods + 1;
+    const bool continuous = joint.missed <= carry_on_cycles_ + 1;
     const double weight =
         filter_rad_s_ > 0.0 ? filter_rad_s_ * dt / (1.0 + filter_rad_s_ * dt) : 1.0;
     joint.filtered = continuous ? joint.filtered + weight * (measured.velocity - joint.filtered)
@@ -107,12 +114,12 @@ void Estimator::measure(std::size_t index, const JointState& measured) noexcept 
 
 void Estimator::predict(std::size_t index, std::int64_t period_ns) noexcept {
   const Joint& joint = joint_[index];
-  const std::int64_t window_ns = kExtrapolatedPeriods * period_ns;
+  const std::int64_t window_ns = carry_on_cycles_ * period_ns;
   const std::int64_t age_ns =
       std::clamp<std::int64_t>(estimate_.instant_ns - joint.stamp_ns, 0, window_ns);
   estimate_.position[index] =
       joint.position + joint.filtered * (static_cast<double>(age_ns) * 1e-9);
-  estimate_.velocity[index] = joint.missed > kExtrapolatedPeriods ? 0.0 : joint.filtered;
+  estimate_.velocity[index] = joint.missed > carry_on_cycles_ ? 0.0 : joint.filtered;
 }
 
 }  // namespace geodesic::control

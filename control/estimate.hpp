@@ -23,25 +23,31 @@ struct Estimate {
   std::uint32_t not_finite = 0;  ///< joints that reported what no joint can have, in this cycle
 };
 
-/// A joint that misses an answer is extrapolated for this many periods, then taken to be at rest.
-inline constexpr int kExtrapolatedPeriods = 3;
 /// A measured figure beyond this is no measurement, whatever the unit.
 inline constexpr double kImplausible = 1e6;
 
-/// The memory between the cycles. Deterministic: the same inputs give the same bits.
+/// The memory between the cycles. A joint that misses answers is extrapolated for
+/// SafetyOptions::carry_on_cycles periods, then taken to be at rest. Deterministic: the same inputs
+/// give the same bits.
 class Estimator {
  public:
   /// Not real-time.
   explicit Estimator(const ControllerOptions& options);
 
-  /// Trusts nothing any more: the next measurement of each joint is taken as it is. Until then the
+  /// Takes over other options for the same joints; what has been measured stands. Real-time.
+  void retune(const ControllerOptions& options) noexcept;
+
+  /// Trusts these joints no more: the next measurement of each is taken as it is. Until then the
   /// last positions stand, at rest and not `known`.
-  void reset() noexcept;
+  void reset(std::uint32_t joints = ~std::uint32_t{0}) noexcept;
 
   /// Takes one cycle's measurements. A joint's velocity begins at its first measurement (no rise
   /// from zero); the low pass is v += a (measured - v), a = w dt / (1 + w dt), w = 2 pi f, with dt
   /// between the joint's own stamps. Real-time, O(joints).
   const Estimate& update(const ArmState& state, std::int64_t period_ns) noexcept;
+
+  /// What the last update() gave. Real-time.
+  const Estimate& estimate() const noexcept { return estimate_; }
 
  private:
   struct Joint {
@@ -57,8 +63,9 @@ class Estimator {
   void predict(std::size_t index, std::int64_t period_ns) noexcept;
 
   std::size_t joints_;
-  double filter_rad_s_;
-  double encoder_jump_;
+  double filter_rad_s_ = 0.0;
+  double encoder_jump_ = 0.0;
+  int carry_on_cycles_ = 0;
   std::array<Joint, kMaxJoints> joint_{};
   Estimate estimate_;
 };

@@ -51,6 +51,9 @@ struct ArmState {
   std::size_t joints = 0;    ///< joint[0 .. joints) are valid, in the mechanism's order of v
   std::size_t buses = 0;     ///< bus[0 .. buses) are valid, in the configuration's order
   bool overran = false;      ///< the cycle before this one ended after its period
+  /// Number of the system call that this thread asked for since the last cycle though it is sealed,
+  /// plus one; 0: none.
+  int forbidden_call = 0;
   std::array<JointState, kMaxJoints> joint{};
   std::array<BusState, kMaxBuses> bus{};
 };

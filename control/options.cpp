@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "control/arms.hpp"
+
 namespace geodesic::control {
 namespace {
 
@@ -69,6 +71,9 @@ void check_joint(const JointTuning& joint, Ranges ranges) {
   ranges.limit("velocity_limit", joint.velocity_limit);
   ranges.limit("torque_limit", joint.torque_limit);
   ranges.limit("torque_rate_limit", joint.torque_rate_limit);
+  ranges.limit("contact_torque", joint.contact_torque);
+  ranges.limit("static_torque_tolerance", joint.static_torque_tolerance);
+  ranges.limit("vibration_velocity", joint.vibration_velocity);
   if (!(joint.position_lower < joint.position_upper)) {
     ranges.complain("position_lower is " + number(joint.position_lower) +
                     ", expected less than position_upper, which is " +
@@ -82,17 +87,39 @@ void check_joint(const JointTuning& joint, Ranges ranges) {
 }
 
 void check_safety(const SafetyOptions& safety, Ranges ranges) {
+  ranges.cycles("carry_on_cycles", safety.carry_on_cycles);
+  ranges.cycles("damp_cycles", safety.damp_cycles);
   ranges.cycles("silent_cycles", safety.silent_cycles);
+  ranges.demand(safety.carry_on_cycles < safety.damp_cycles, "damp_cycles", safety.damp_cycles,
+                "more than carry_on_cycles: a joint is predicted first, then damped");
+  ranges.demand(safety.damp_cycles <= safety.silent_cycles || safety.silent_cycles < 1,
+                "silent_cycles", safety.silent_cycles,
+                "damp_cycles or more: a joint is damped first, then stopped");
   ranges.cycles("overrun_cycles", safety.overrun_cycles);
   ranges.at_most_a_minute("start_ramp_s", safety.start_ramp_s);
   ranges.at_most_a_minute("stop_rest_s", safety.stop_rest_s);
   ranges.at_most_a_minute("stop_timeout_s", safety.stop_timeout_s);
   ranges.at_most_a_minute("lower_s", safety.lower_s);
+  ranges.at_most_a_minute("settle_timeout_s", safety.settle_timeout_s);
   ranges.timeout("connect_timeout_s", safety.connect_timeout_s);
   ranges.timeout("enable_timeout_s", safety.enable_timeout_s);
   ranges.above_zero("stop_rest_velocity", safety.stop_rest_velocity);
   ranges.above_zero("start_velocity", safety.start_velocity);
   ranges.above_zero("encoder_jump", safety.encoder_jump);
+  ranges.above_zero("encoder_stuck", safety.encoder_stuck);
+}
+
+void check_watch(const ContactOptions& contact, const VibrationOptions& vibration, Ranges ranges) {
+  ranges.at_least_zero("observer_hz", contact.observer_hz);
+  ranges.demand(contact.hysteresis >= 0.0 && contact.hysteresis < 1.0, "hysteresis",
+                contact.hysteresis, "0 or more and below 1");
+  ranges.at_most_a_minute("release_s", contact.release_s);
+  ranges.above_zero("lowest_hz", vibration.lowest_hz);
+  ranges.demand(vibration.highest_hz > vibration.lowest_hz, "highest_hz", vibration.highest_hz,
+                "a number above lowest_hz");
+  ranges.cycles("half_cycles", vibration.half_cycles);
+  ranges.demand(vibration.lowest_authority > 0.0 && vibration.lowest_authority <= 1.0,
+                "lowest_authority", vibration.lowest_authority, "above 0 and up to 1");
 }
 
 }  // namespace
@@ -122,6 +149,7 @@ std::vector<std::string> check(const ControllerOptions& options) {
         "law is zero, which lets the arm fall; it is for simulation: set allow_zero_law");
   }
   ranges.at_least_zero("velocity_filter_hz", options.velocity_filter_hz);
+  ranges.timeout("retune_s", options.retune_s);
   if (options.joints.empty() || options.joints.size() > kMaxJoints) {
     ranges.complain("there are " + std::to_string(options.joints.size()) +
                     " joints, expected 1 to " + std::to_string(kMaxJoints));
@@ -130,6 +158,10 @@ std::vector<std::string> check(const ControllerOptions& options) {
     check_joint(joint, Ranges("joint '" + joint.name + "'", complaints));
   }
   check_safety(options.safety, Ranges("safety", complaints));
+  for (const std::string& complaint : check_arms(options)) {
+    ranges.complain(complaint);
+  }
+  check_watch(options.contact, options.vibration, Ranges("watch", complaints));
   return complaints;
 }
 

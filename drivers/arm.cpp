@@ -26,6 +26,15 @@ constexpr int kSimulatedWaits = 8;  ///< in a row for one joint, each up to that
 /// Arrival stamps come from another clock than now_ns(); a reply that seems to precede its command
 /// by no more than this belongs to it.
 constexpr std::int64_t kStampToleranceNs = 50'000;
+/// A drive answers each frame once. In quarters of a frame: what is received beyond what was sent,
+/// less one a cycle, may reach this (a link that doubles one frame in four never does, a second
+/// drive with the same identifiers does within kSurplusLimit * 2 / 3 cycles)...
+constexpr int kSurplusLimit = 64;
+/// ...and what was lost before hides no more than this.
+constexpr int kSurplusFloor = -64;
+constexpr DriveComplaint kDoubled{
+    "answers to one command", 2.0, 1.0,
+    "a second drive answers with this one's identifiers: give each its own, then ask for a law"};
 
 /// An identifier, the extended ones apart from the standard ones.
 std::uint64_t address(std::uint32_t id, bool extended) noexcept {
@@ -47,6 +56,8 @@ struct Joint {
   bool answered = false;
   bool awaited = true;  ///< receive() waits for its reply
   int missing = 0;      ///< cycles in a row without news
+  int surplus = 0;      ///< see kSurplusLimit
+  bool doubled = false;
   JointCounters counters;
 };
 
@@ -95,6 +106,7 @@ struct Arm::Impl {
   std::vector<Line> lines;
   std::array<pollfd, control::kMaxBuses> waits{};
   std::array<ReceivedFrame, kBatch> batch{};
+  bool prepared = false;  ///< what the next transmit() sends is encoded
   std::int64_t last_tick_ns = 0;
   std::int64_t last_read_ns = 0;
   control::ArmState state;
@@ -211,6 +223,7 @@ void Arm::Impl::take(Line& line, ReceivedFrame& received, std::int64_t tick_ns) 
     received.stamp_ns = timely ? tick_ns : last_tick_ns;
   }
   ++joint.counters.received;
+  joint.surplus += 4;
   const bool report = joint.drive->receive(received);
   if (report) {
     to_joint(joint.drive->state(), joint, out);
@@ -238,20 +251,33 @@ Arm::Arm(const ArmOptions& options, std::vector<std::unique_ptr<Bus>> buses) {
 
 Arm::~Arm() = default;
 
-void Arm::transmit(const control::ArmCommand& command, std::int64_t tick_ns) noexcept {
+void Arm::prepare(const control::ArmCommand& command, std::int64_t tick_ns) noexcept {
   static constexpr control::JointCommand kMonitor;
+  for (Line& line : impl_->lines) {
+    line.filled = 0;
+  }
   for (std::size_t i = 0; i < impl_->joints.size(); ++i) {
     Joint& joint = impl_->joints[i];
     Line& line = impl_->lines[joint.line];
-    joint.sent = 0;
-    joint.heard = 0;
-    joint.answered = false;
     const std::span<Frame> room =
         std::span(line.frames).subspan(line.filled, Drive::kMaxFramesPerCycle);
     const DriveCommand wanted = to_drive(i < command.joints ? command.joint[i] : kMonitor, joint);
     const std::size_t added = std::min(joint.drive->transmit(wanted, tick_ns, room), room.size());
     std::fill_n(line.owners.begin() + static_cast<std::ptrdiff_t>(line.filled), added, i);
     line.filled += added;
+  }
+  impl_->prepared = true;
+}
+
+void Arm::transmit(const control::ArmCommand& command, std::int64_t tick_ns) noexcept {
+  if (!impl_->prepared) {
+    prepare(command, tick_ns);
+  }
+  impl_->prepared = false;
+  for (Joint& joint : impl_->joints) {
+    joint.sent = 0;
+    joint.heard = 0;
+    joint.answered = false;
   }
   for (Line& line : impl_->lines) {
     line.sent_ns = rt::now_ns();
@@ -264,8 +290,8 @@ void Arm::transmit(const control::ArmCommand& command, std::int64_t tick_ns) noe
       line.owed += joint.sent == 0 && joint.awaited ? 1 : 0;
       ++joint.sent;
       ++joint.counters.sent;
+      joint.surplus -= 4;
     }
-    line.filled = 0;
   }
 }
 
@@ -290,8 +316,10 @@ const control::ArmState& Arm::receive(std::int64_t tick_ns, std::int64_t deadlin
     joint.missing = lost && !state.joint[i].fresh ? joint.missing + 1 : 0;
     joint.awaited = !impl_->simulated_time || joint.missing < kSimulatedWaits;
     joint.sent = 0;
+    joint.surplus = std::max(joint.surplus - 1, kSurplusFloor);
+    joint.doubled = joint.doubled || joint.surplus >= kSurplusLimit;
     const DriveState& drive = joint.drive->state();
-    state.joint[i].condition = drive.condition;
+    state.joint[i].condition = joint.doubled ? control::DriveCondition::kRefused : drive.condition;
     state.joint[i].drive_error = drive.error;
   }
   for (std::size_t i = 0; i < arm.lines.size(); ++i) {
@@ -302,10 +330,30 @@ const control::ArmState& Arm::receive(std::int64_t tick_ns, std::int64_t deadlin
   return state;
 }
 
-void Arm::restart() noexcept {
-  for (Joint& joint : impl_->joints) {
+void Arm::restart(control::BitSet joints) noexcept {
+  for (std::size_t i = 0; i < impl_->joints.size(); ++i) {
+    if (!control::has(joints, i)) {
+      continue;
+    }
+    Joint& joint = impl_->joints[i];
     joint.drive->restart();
+    joint.surplus = 0;
+    joint.doubled = false;
   }
+}
+
+void Arm::tend() noexcept {
+  for (Line& line : impl_->lines) {
+    line.bus->tend();
+  }
+}
+
+std::vector<int> Arm::descriptors() const {
+  std::vector<int> all;
+  for (const Line& line : impl_->lines) {
+    all.push_back(line.bus->descriptor());
+  }
+  return all;
 }
 
 std::int64_t Arm::last_read_ns() const noexcept {
@@ -329,7 +377,8 @@ const BusCounters& Arm::bus_counters(std::size_t bus) const noexcept {
 }
 
 const DriveComplaint& Arm::complaint(std::size_t joint) const noexcept {
-  return impl_->joints[joint].drive->complaint();
+  const Joint& one = impl_->joints[joint];
+  return one.doubled ? kDoubled : one.drive->complaint();
 }
 
 }  // namespace geodesic::drivers

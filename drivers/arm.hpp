@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "control/bit_set.hpp"
 #include "control/joint.hpp"
 #include "drivers/bus/bus.hpp"
 #include "drivers/drive.hpp"
@@ -55,19 +56,34 @@ class Arm {
   Arm(const Arm&) = delete;
   Arm& operator=(const Arm&) = delete;
 
-  /// Sends the cycle's commands, one batch a bus. Real-time; one system call a bus. A joint beyond
-  /// command.joints is asked to DriveMode::kMonitor.
+  /// Encodes the commands that the next transmit() sends, so that nothing stands between the
+  /// wake-up and the wire. `tick_ns` is that cycle's. A joint beyond command.joints is asked to
+  /// DriveMode::kMonitor. Real-time.
+  void prepare(const control::ArmCommand& command, std::int64_t tick_ns) noexcept;
+
+  /// Sends what was prepared, or if nothing was, prepares `command` first. One batch a bus.
+  /// Real-time; one system call a bus.
   void transmit(const control::ArmCommand& command, std::int64_t tick_ns) noexcept;
 
   /// Reads until every joint that was sent to has answered or the deadline (CLOCK_MONOTONIC) has
   /// passed. A reply to an earlier cycle updates the joint's state with its own time stamp, but
   /// does not count as this cycle's answer; nor does one joint's frame ever for another.
+  /// A joint whose drive answers more often than it is asked is DriveCondition::kRefused until
+  /// restart(): two drives have its identifiers, and nobody knows whose position it is.
   /// ArmState::overran is left to the caller, who knows the schedule.
   /// Real-time; bounded. The state lives until the next call.
   const control::ArmState& receive(std::int64_t tick_ns, std::int64_t deadline_ns) noexcept;
 
-  /// Forgets all drives' dialogues and refusals: the next cycles configure them anew. Real-time.
-  void restart() noexcept;
+  /// Forgets the dialogues and refusals of these joints' drives: the next cycles configure them
+  /// anew. Real-time.
+  void restart(control::BitSet joints = control::first(control::kMaxJoints)) noexcept;
+
+  /// As Bus::tend() for every bus: before a real-time thread is sealed, and a few times a second
+  /// from then on. One thread, not the real-time one.
+  void tend() noexcept;
+
+  /// All that transmit() and receive() send to and receive from; the same for the arm's whole life.
+  std::vector<int> descriptors() const;
 
   /// When the last frames were read from a bus, before they were decoded (CLOCK_MONOTONIC; not kept
   /// in simulated time).

@@ -4,6 +4,7 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include "rt/capabilities.hpp"
 #include "rt/clock.hpp"
 #include "rt/cyclic_thread.hpp"
 #include "rt/heap_counter.hpp"
@@ -26,11 +27,27 @@ void* CyclicThread::enter(void* self) {
   thread.gate_.acquire();
   if (thread.abandoned_) return nullptr;
   thread.prepare_thread();
+  if (!thread.seal()) return nullptr;
   thread.loop();
-  thread.store_page_faults(thread_health().page_faults);
-  thread.kernel_thread_.store(0, std::memory_order_release);
-  thread.running_.store(false, std::memory_order_release);
+  thread.linger();
+  if (thread.sealing_) exit_thread();
   return nullptr;
+}
+
+/// @return whether the loop may begin.
+bool CyclicThread::seal() noexcept {
+  const int error = sealing_ ? seal_.apply() : 0;
+  statistics_.sealed.store(sealing_ && error == 0, std::memory_order_relaxed);
+  seal_error_.store(error, std::memory_order_release);
+  return error == 0 || options_.best_effort;
+}
+
+/// Stays until it is joined: a sealed thread cannot count its own page faults, others can only
+/// while it is there.
+void CyclicThread::linger() noexcept {
+  constexpr std::int64_t kLookNs = 1'000'000;
+  running_.store(false, std::memory_order_release);
+  while (!joining_.load(std::memory_order_acquire)) sleep_until_ns(now_ns() + kLookNs);
 }
 
 void CyclicThread::prepare_thread() noexcept {
@@ -38,7 +55,13 @@ void CyclicThread::prepare_thread() noexcept {
   // Without a real-time class the kernel may delay a timer by 50 us to save power; with one it
   // does not, and this changes nothing.
   prctl(PR_SET_TIMERSLACK, 1UL);
+  if (options_.drop_capabilities) drop_thread_capabilities();
   prefault_stack(stack_end_);
+  if (options_.simulated_time) {
+    // Replies must not interrupt us one by one while we still send: all of them are wanted at once.
+    const sched_param none{};
+    sched_setscheduler(0, SCHED_BATCH, &none);
+  }
   // First calls bind their symbols and bring in their pages here and not in the first cycle.
   sleep_until_ns(now_ns());
   page_faults_before_.store(thread_health().page_faults, std::memory_order_relaxed);
@@ -47,11 +70,6 @@ void CyclicThread::prepare_thread() noexcept {
 
 void CyclicThread::loop() noexcept {
   const bool simulated = options_.simulated_time;
-  if (simulated) {
-    // Replies must not interrupt us one by one while we still send: all of them are wanted at once.
-    const sched_param none{};
-    sched_setscheduler(0, SCHED_BATCH, &none);
-  }
   Schedule schedule(simulated ? options_.simulated_start_ns : now_ns() + options_.period_ns,
                     options_.period_ns);
   const std::uint64_t heap_calls_before = heap_calls();
@@ -66,6 +84,7 @@ void CyclicThread::loop() noexcept {
     tick.due_ns = schedule.due_ns();
     tick.woke_ns = begin_ns;
     tick.skipped = schedule.skipped();
+    tick.refused_call = seal_.take();
     add(statistics_.skipped, tick.skipped);
 
     next = work_->step(tick);
@@ -77,6 +96,7 @@ void CyclicThread::loop() noexcept {
       statistics_.cycle_time_ns.add(end_ns - begin_ns);
     }
     statistics_.allocations.store(heap_calls() - heap_calls_before, std::memory_order_relaxed);
+    statistics_.refused_calls.store(seal_.refused(), std::memory_order_relaxed);
     if (schedule.finish(end_ns)) add(statistics_.missed, 1);
     add(statistics_.cycles, 1);
   }

@@ -8,8 +8,14 @@
 #include <cerrno>
 #include <utility>
 
+#include "rt/clock.hpp"
+
 namespace geodesic::rt {
 namespace {
+
+constexpr std::int64_t kLookNs = 500'000;
+/// Of the starting thread, touched where locked memory may not grow without limit.
+constexpr std::size_t kStarterStackBytes = std::size_t{512} << 10U;
 
 /// Signals are for the service thread, except those that a thread causes itself.
 sigset_t signals_to_block() {
@@ -52,19 +58,58 @@ std::optional<Refusal> CyclicThread::start(Cyclic& work) {
   }
   // The thread first: it waits at the gate, so that its stack is there when memory is locked.
   if (auto refusal = launch_as_allowed()) return refusal;
-  if (auto refusal = prepare_process()) {
+  auto refusal = prepare_process();
+  if (!refusal) refusal = prepare_seal();
+  if (refusal) {
     abandon();
     return refusal;
   }
   statistics_.realtime.store(not_realtime_reason_.empty(), std::memory_order_relaxed);
-  started_ = true;
-  running_.store(true, std::memory_order_release);
-  gate_.release();
+  return open_gate();
+}
+
+std::optional<Refusal> CyclicThread::prepare_seal() {
+  if (!options_.seal) {
+    not_sealed_reason_ = "not asked for";
+  } else if (!kSealBuilt) {
+    not_sealed_reason_ = "built for a sanitizer, whose run time makes system calls of its own";
+  } else if (auto refusal = seal_.prepare(*options_.seal)) {
+    if (!options_.best_effort) return refusal;
+    not_sealed_reason_ = to_string(*refusal);
+  } else {
+    sealing_ = true;
+  }
   return std::nullopt;
 }
 
+std::optional<Refusal> CyclicThread::open_gate() {
+  started_ = true;
+  running_.store(true, std::memory_order_release);
+  gate_.release();
+  // By looking, not by being woken: that would be a system call of the sealed thread's.
+  int error = kNotYet;
+  while ((error = seal_error_.load(std::memory_order_acquire)) == kNotYet) {
+    sleep_until_ns(now_ns() + kLookNs);
+  }
+  if (error == 0) return std::nullopt;
+  const Refusal refusal = explain_seal(error);
+  if (options_.best_effort) {
+    not_sealed_reason_ = to_string(refusal);
+    return std::nullopt;
+  }
+  running_.store(false, std::memory_order_release);
+  join();
+  return refusal;
+}
+
 void CyclicThread::join() {
-  if (joinable_) pthread_join(thread_, nullptr);
+  if (joinable_) {
+    while (running()) sleep_until_ns(now_ns() + kLookNs);  // as above
+    statistics();
+    kernel_thread_.store(0, std::memory_order_release);
+    joining_.store(true, std::memory_order_release);
+    pthread_join(thread_, nullptr);
+  }
   joinable_ = false;
   cpu_latency_.release();
 }
@@ -160,9 +205,14 @@ void CyclicThread::abandon() {
 
 std::optional<Refusal> CyclicThread::prepare_process() {
   const Privileges privileges = read_privileges();
-  const bool without_limit = privileges.memory_lock_unlimited();
+  const bool without_limit = options_.drop_capabilities ? privileges.memlock_limit == kUnlimited
+                                                        : privileges.memory_lock_unlimited();
   stack_end_ = stack_end(thread_);
   prefault_heap(options_.heap_prefault_bytes);
+  if (!without_limit) {
+    // The process' first stack grows by itself, and beyond a limit on locked memory it must not.
+    prefault_stack(static_cast<const char*>(__builtin_frame_address(0)) - kStarterStackBytes);
+  }
   // In simulated time nothing depends on it: lock only where that cannot get in anybody's way.
   if (!options_.simulated_time || without_limit) {
     const int error =

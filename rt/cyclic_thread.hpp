@@ -17,6 +17,7 @@
 #include "rt/histogram.hpp"
 #include "rt/realtime_setup.hpp"
 #include "rt/refusal.hpp"
+#include "rt/seal.hpp"
 
 namespace geodesic::rt {
 
@@ -26,6 +27,7 @@ struct Tick {
   std::int64_t due_ns = 0;   ///< CLOCK_MONOTONIC (simulated time: the simulated clock) [ns]
   std::int64_t woke_ns = 0;  ///< when the thread really woke; simulated time: due_ns [ns]
   std::int64_t skipped = 0;  ///< periods skipped just before this one
+  int refused_call = 0;      ///< number + 1 of a system call refused since the last tick; 0: none
 };
 
 enum class Next : std::uint8_t { kContinue, kStop };
@@ -58,6 +60,11 @@ struct ThreadOptions {
   std::size_t stack_bytes = std::size_t{1} << 20U;  ///< all of it is touched before the loop
   std::size_t heap_prefault_bytes = std::size_t{8} << 20U;  ///< the process' heap grows by it first
   bool hold_cpu_latency = true;  ///< keep processors out of deep sleep while the loop runs
+  /// Seal the thread against system calls before its first step (not in a sanitizer's build).
+  std::optional<SealOptions> seal;
+  /// The process drops its capabilities once start() has returned: the loop's thread drops its own,
+  /// and memory is locked so that the limits alone suffice from then on.
+  bool drop_capabilities = false;
 };
 
 /// Written by the loop's thread, readable by any other one while the loop runs. Each number is
@@ -76,6 +83,9 @@ struct LoopStatistics {
   /// Whether the thread runs under SCHED_FIFO, pinned as asked, with all memory locked. Final once
   /// start() returns.
   std::atomic<bool> realtime{false};
+  /// Whether the thread is sealed. Final once start() returns.
+  std::atomic<bool> sealed{false};
+  std::atomic<std::uint64_t> refused_calls{0};  ///< system calls the seal did not let through
 };
 
 class CyclicThread {
@@ -109,6 +119,10 @@ class CyclicThread {
   const std::string& not_realtime_reason() const noexcept { return not_realtime_reason_; }
   /// What could be better though the loop runs, a sentence each. Fixed once start() has returned.
   const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+  /// Why statistics().sealed is false; empty if it is true. Fixed once start() has returned.
+  const std::string& not_sealed_reason() const noexcept { return not_sealed_reason_; }
+  /// The next refused system call, as far as they were kept. One thread only, not the loop's.
+  bool pop_refused_call(RefusedCall& call) noexcept { return seal_.pop(call); }
 
  private:
   std::optional<Refusal> check_options() const;
@@ -116,10 +130,14 @@ class CyclicThread {
   std::optional<Refusal> prepare_process();
   int launch(bool fifo, bool pinned);
   void abandon();
+  std::optional<Refusal> prepare_seal();
+  std::optional<Refusal> open_gate();
   void note_not_realtime(const Refusal& refusal);
   static void* enter(void* self);
   void prepare_thread() noexcept;
+  bool seal() noexcept;
   void loop() noexcept;
+  void linger() noexcept;
   void store_page_faults(std::uint64_t since_birth) const noexcept;
 
   const ThreadOptions options_;
@@ -133,10 +151,16 @@ class CyclicThread {
   CpuLatencyRequest cpu_latency_;
   std::string not_realtime_reason_;
   std::vector<std::string> warnings_;
+  Seal seal_;
+  bool sealing_ = false;  // written before the gate opens: seal_ is prepared
+  std::string not_sealed_reason_;
 
   std::atomic<bool> stop_requested_{false};
   std::atomic<bool> running_{false};
-  std::atomic<pid_t> kernel_thread_{0};  // while the loop runs; 0 else
+  std::atomic<bool> joining_{false};  // the ended thread may leave: nobody asks for its figures
+  static constexpr int kNotYet = -1;
+  std::atomic<int> seal_error_{kNotYet};  // by the loop's thread, once it knows
+  std::atomic<pid_t> kernel_thread_{0};   // while the loop runs; 0 else
   std::atomic<std::uint64_t> page_faults_before_{0};
   mutable LoopStatistics statistics_;  // mutable: reading brings page_faults up to date
 };

@@ -40,11 +40,11 @@ namespace geodesic::rt {
 namespace {
 
 // A sanitizer owns malloc in its builds; it tells of every call after the fact.
-[[gnu::no_sanitize("address", "thread")]] void allocated(const volatile void* /*block*/,
-                                                         std::size_t /*size*/) {
+__attribute__((no_sanitize("address", "thread"))) void allocated(const volatile void* /*block*/,
+                                                                 std::size_t /*size*/) {
   ++calls;
 }
-[[gnu::no_sanitize("address", "thread")]] void released(const volatile void* block) {
+__attribute__((no_sanitize("address", "thread"))) void released(const volatile void* block) {
   if (block != nullptr) ++calls;
 }
 

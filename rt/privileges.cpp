@@ -12,6 +12,8 @@
 #include <sstream>
 #include <vector>
 
+#include "rt/capabilities.hpp"
+
 namespace geodesic::rt {
 namespace {
 
@@ -130,7 +132,7 @@ Privileges read_privileges() {
   result.memory_bytes =
       static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   result.user_namespace = in_user_namespace();
-  result.no_new_privileges = status_number("NoNewPrivs") != 0;
+  result.no_new_privileges = status_number("NoNewPrivs") != 0 && !forbade_new_privileges();
   result.seccomp = status_number("Seccomp") != 0;
   result.rt_runtime_us = read_number("/proc/sys/kernel/sched_rt_runtime_us");
   result.group_file = group_runtime_file();

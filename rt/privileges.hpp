@@ -24,8 +24,8 @@ struct Privileges {
   std::uint64_t memlock_limit = 0;  ///< RLIMIT_MEMLOCK, soft [bytes]
   std::uint64_t memory_bytes = 0;   ///< size of this process' address space [bytes]
   bool user_namespace = false;  ///< in a user namespace of its own: capabilities count only there
-  bool no_new_privileges = false;             ///< NoNewPrivs: file capabilities are ignored
-  bool seccomp = false;                       ///< a system call filter is in force
+  bool no_new_privileges = false;  ///< NoNewPrivs, and not by us: file capabilities are ignored
+  bool seccomp = false;            ///< a system call filter is in force
   std::optional<std::int64_t> rt_runtime_us;  ///< kernel.sched_rt_runtime_us; -1: no limit
   std::string group_file;  ///< cpu.rt_runtime_us of the control group; empty: there is none
   std::optional<std::int64_t> group_runtime_us;  ///< what it says

@@ -50,6 +50,19 @@ constexpr Range between(double lower, double upper) {
 /// "0 < x <= 5"; empty for any number.
 std::string to_string(const Range& range);
 
+/// Whether a running daemon takes a change of an option. (Declared in robot.hpp.)
+enum class Live : std::uint8_t {
+  kUnsaid,     ///< a slip: every option says (tests/config/options_test.cpp)
+  kYes,        ///< it moves over while the arm is in torque
+  kNo,         ///< refused by name; it needs a restart
+  kElsewhere,  ///< the daemon does not look at it (the simulated arm does)
+};
+/// "yes", "restart", "simulator"; "?" for an option that does not say.
+std::string_view to_string(Live live);
+inline constexpr Live kLive = Live::kYes;
+inline constexpr Live kRestart = Live::kNo;
+inline constexpr Live kElsewhere = Live::kElsewhere;
+
 /// What is said of an option once and for all.
 struct Spec {
   std::string_view key = {};
@@ -60,11 +73,13 @@ struct Spec {
   bool required = false;
   std::string_view default_text = {};  ///< how the default is found where it is no constant
   std::string_view like = {};          ///< tables: documented there, with everything but the name
+  Live live = Live::kUnsaid;           ///< `tables`: of adding and removing one; `table`: not asked
 };
 
 class OptionVisitor {
  public:
   using Describe = std::function<void(OptionVisitor&)>;
+  using DescribeOne = std::function<void(OptionVisitor&, std::size_t)>;
 
   virtual ~OptionVisitor() = default;
 
@@ -80,8 +95,9 @@ class OptionVisitor {
   virtual void table(const Spec& spec, const Describe& describe) = 0;
   /// A table that only holds what others fall back to: nothing in it is required.
   virtual void partial_table(const Spec& spec, const Describe& describe) = 0;
-  /// An array of tables; `describe` is called for each in turn.
-  virtual void tables(const Spec& spec, const Describe& describe) = 0;
+  /// An array of tables, each with a "name" as its first option. `present` are there already;
+  /// `describe` shows the one of that index, and adds one if the index is as many as are there.
+  virtual void tables(const Spec& spec, std::size_t present, const DescribeOne& describe) = 0;
 
   /// The table being described.
   virtual Place here() const = 0;

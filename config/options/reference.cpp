@@ -20,6 +20,20 @@ std::string to_string(const Range& range) {
   return {};
 }
 
+std::string_view to_string(Live live) {
+  switch (live) {
+    case Live::kYes:
+      return "yes";
+    case Live::kNo:
+      return "restart";
+    case Live::kElsewhere:
+      return "simulator";
+    case Live::kUnsaid:
+      break;
+  }
+  return "?";
+}
+
 namespace {
 
 class Reference final : public OptionVisitor {
@@ -55,8 +69,9 @@ class Reference final : public OptionVisitor {
     nested(spec, heading_.empty() ? fmt::format("[{}]", spec.key) : joined(spec), describe);
   }
   void partial_table(const Spec& spec, const Describe& describe) override { table(spec, describe); }
-  void tables(const Spec& spec, const Describe& describe) override {
-    nested(spec, fmt::format("[[{}]]", spec.key), describe);
+  void tables(const Spec& spec, std::size_t present, const DescribeOne& describe) override {
+    nested(spec, fmt::format("[[{}]]", spec.key),
+           [&](OptionVisitor& inner) { describe(inner, present); });
   }
   Place here() const override { return {}; }
 
@@ -70,12 +85,14 @@ class Reference final : public OptionVisitor {
 
   void row(const Spec& spec, std::string_view type, std::string_view constant) {
     if (rows_.empty()) {
-      rows_ = "| option | type | unit | range | default | meaning |\n|---|---|---|---|---|---|\n";
+      rows_ =
+          "| option | type | unit | range | default | live | meaning |\n"
+          "|---|---|---|---|---|---|---|\n";
     }
     std::string fallback(spec.default_text.empty() ? constant : spec.default_text);
     if (spec.required) fallback = "**required**";
-    rows_ += fmt::format("| `{}` | {} | {} | {} | {} | {} |\n", spec.key, type, spec.unit,
-                         to_string(spec.range), fallback, spec.doc);
+    rows_ += fmt::format("| `{}` | {} | {} | {} | {} | {} | {} |\n", spec.key, type, spec.unit,
+                         to_string(spec.range), fallback, to_string(spec.live), spec.doc);
   }
 
   void nested(const Spec& spec, const std::string& heading, const Describe& describe) {
@@ -109,7 +126,10 @@ std::string option_reference_markdown() {
          "second way\n"
          "at a prismatic one. An option that is not listed here is an error. Relative paths begin "
          "at the\n"
-         "robot file.\n" +
+         "robot file.\n\n"
+         "Live: `yes` moves over to a running daemon when the file is saved, on SIGHUP, or by\n"
+         "`geodesic tune`, without a step in torque; `restart` is refused by name while it runs;\n"
+         "`simulator` concerns the simulated arm only, when it starts.\n" +
          reference.markdown();
 }
 

@@ -5,6 +5,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -136,7 +137,7 @@ class TomlOptions final : public OptionVisitor {
     read_table(spec, describe, true);
   }
 
-  void tables(const Spec& spec, const Describe& describe) override {
+  void tables(const Spec& spec, std::size_t present, const DescribeOne& describe) override {
     const toml::node* node = find(spec, false);
     if (node == nullptr) return;
     const toml::array* array = node->as_array();
@@ -154,7 +155,7 @@ class TomlOptions final : public OptionVisitor {
         label += " " + quote(name->as_string()->get());
       }
       TomlOptions inner(*table, label, place(element.source()), partial_, findings_);
-      describe(inner);
+      describe(inner, present++);
       inner.finish();
     }
   }
@@ -178,6 +179,7 @@ class TomlOptions final : public OptionVisitor {
   }
 
   Place place(const toml::source_region& region) const {
+    if (region.path && *region.path != here_.file.native()) return {*region.path, 0, 0};
     return {here_.file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
   }
 
@@ -266,12 +268,102 @@ class TomlOptions final : public OptionVisitor {
   std::vector<std::string> known_;
 };
 
+/// `value = VALUE` as a table; nothing if VALUE is more than one value, or none.
+std::optional<toml::table> parse_value(std::string_view value, std::string_view label) {
+  if (value.find_first_of("\n\r") != std::string_view::npos) return std::nullopt;
+  try {
+    toml::table parsed = toml::parse("value = " + std::string(value), label);
+    if (parsed.size() != 1) return std::nullopt;
+    return parsed;
+  } catch (const toml::parse_error&) {
+    return std::nullopt;
+  }
+}
+
+toml::table* element_named(toml::array& array, const std::string& name) {
+  for (toml::node& element : array) {
+    toml::table* table = element.as_table();
+    if (table == nullptr) continue;
+    const toml::node* said = table->get("name");
+    if (said != nullptr && said->is_string() && said->as_string()->get() == name) return table;
+  }
+  return nullptr;
+}
+
+/// The table that the last step of an override is a key of; made where it is not there yet. Null
+/// where something else than a table is in the way.
+toml::table* table_of(toml::table& root, const TomlOverride& wanted) {
+  toml::table* at = &root;
+  for (std::size_t i = 0; i + 1 < wanted.steps.size(); ++i) {
+    toml::node* next = at->get(wanted.steps[i]);
+    if (next == nullptr) {
+      at->insert_or_assign(wanted.steps[i], toml::table{});
+      next = at->get(wanted.steps[i]);
+    }
+    if (toml::array* array = next->as_array(); array != nullptr && i + 2 < wanted.steps.size()) {
+      at = element_named(*array, wanted.steps[++i]);
+    } else {
+      at = next->as_table();
+    }
+    if (at == nullptr) return nullptr;
+  }
+  return at;
+}
+
+void put(toml::table& root, const TomlOverride& wanted, Findings& findings) {
+  std::optional<toml::table> parsed = parse_value(wanted.value, wanted.label);
+  toml::table* table = wanted.steps.empty() ? nullptr : table_of(root, wanted);
+  if (!parsed || table == nullptr) {
+    findings.error({wanted.label, 0, 0},
+                   parsed ? "there is no such table in the file"
+                          : fmt::format("{} is no TOML value", quote(wanted.value)));
+    return;
+  }
+  // Moved, since a copy forgets where it came from.
+  toml::node& value = *parsed->get("value");
+  value.visit([&](auto& node) { table->insert_or_assign(wanted.steps.back(), std::move(node)); });
+}
+
 }  // namespace
 
+std::string toml_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char letter : text) {
+    const auto code = static_cast<unsigned char>(letter);
+    if (letter == '"' || letter == '\\') {
+      out += '\\';
+      out += letter;
+    } else if (code < 0x20 || code == 0x7f) {
+      out += fmt::format("\\u{:04X}", code);
+    } else {
+      out += letter;
+    }
+  }
+  return out + "\"";
+}
+
+std::optional<std::string> as_toml_value(std::string_view typed) {
+  const std::size_t begin = typed.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return std::nullopt;
+  typed = typed.substr(begin, typed.find_last_not_of(" \t") - begin + 1);
+  // A comment behind the value would hide what follows it once it is written to a file.
+  if (parse_value(typed, "value") && parse_value("[" + std::string(typed) + "]", "value")) {
+    return std::string(typed);
+  }
+  const bool bare = std::all_of(typed.begin(), typed.end(), [](unsigned char letter) {
+    return std::isalnum(letter) != 0 || letter == '_' || letter == '-' || letter == '.' ||
+           letter == ' ' || letter >= 0x80;
+  });
+  if (!bare || std::isalpha(static_cast<unsigned char>(typed.front())) == 0) return std::nullopt;
+  return toml_string(typed);
+}
+
 bool read_toml(const std::filesystem::path& file, std::string_view text,
-               const OptionVisitor::Describe& describe, Findings& findings) {
+               const OptionVisitor::Describe& describe, Findings& findings,
+               std::span<const TomlOverride> overrides) {
   try {
-    const toml::table table = toml::parse(text, std::string_view(file.native()));
+    toml::table table = toml::parse(text, std::string_view(file.native()));
+    for (const TomlOverride& wanted : overrides) put(table, wanted, findings);
     TomlOptions options(table, "", Place{file, 1, 1}, false, findings);
     describe(options);
     options.finish();

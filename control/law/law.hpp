@@ -2,7 +2,7 @@
 // bounds come after, in safety/ and in the controller.
 #pragma once
 
-#include "control/law/friction.hpp"
+#include "control/friction.hpp"
 #include "control/options.hpp"
 
 namespace geodesic::control {

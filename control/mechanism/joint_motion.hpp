@@ -3,8 +3,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cmath>
 
+#include "control/geometry/sine_cosine.hpp"
 #include "control/mechanism/mechanism.hpp"
 #include "control/mechanism/workspace.hpp"
 
@@ -23,8 +23,7 @@ inline Pose parent_from_body(const Mechanism& mechanism, const Body& body,
   if (body.motion == Motion::kTranslation) {
     return {fixed, body.parent_from_joint.translation + position * fixed.col(2)};
   }
-  const double s = std::sin(position);
-  const double c = std::cos(position);
+  const auto [s, c] = sine_cosine(position);
   Pose pose;
   pose.rotation.col(0) = c * fixed.col(0) + s * fixed.col(1);
   pose.rotation.col(1) = c * fixed.col(1) - s * fixed.col(0);

@@ -53,6 +53,7 @@ Mechanism::Mechanism(const TreeDescription& tree, const Eigen::Vector3d& gravity
   }
   check_tree(tree);
   assemble(tree);
+  compact_ = compact(bodies_);
   set_rotor_inertia(options.rotor_inertia);
 }
 

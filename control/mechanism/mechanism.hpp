@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "control/geometry/spatial.hpp"
+#include "control/mechanism/compact_tree.hpp"
 #include "control/mechanism/tree.hpp"
 
 namespace geodesic::control {
@@ -103,6 +104,8 @@ class Mechanism {
 
   /// Parents before children.
   const std::vector<Body>& bodies() const noexcept { return bodies_; }
+  /// The same, for the recursions of newton_euler.cpp and gravity.cpp.
+  const std::vector<CompactBody>& compact_bodies() const noexcept { return compact_; }
   /// Every link of the description, the root first, depth first.
   const std::vector<LinkFrame>& links() const noexcept { return links_; }
   /// Index in links(), if there is such a link. Not for the real-time loop: compares names.
@@ -124,6 +127,7 @@ class Mechanism {
   std::vector<JointKind> joint_kinds_;
   std::vector<JointLimits> joint_limits_;
   std::vector<Body> bodies_;
+  std::vector<CompactBody> compact_;
   std::vector<LinkFrame> links_;
 };
 

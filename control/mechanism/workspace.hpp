@@ -36,15 +36,33 @@ struct Workspace {
     Eigen::Matrix3d flow;      ///< sum of mass * velocity * position' [kg·m²/s]
   };
 
+  /// One compact body (compact_tree.hpp) in its own coordinates.
+  struct CompactState {
+    Triple angular;       ///< velocity [rad/s]
+    Triple angular_rate;  ///< acceleration [rad/s²]
+    Triple acceleration;  ///< of the origin, gravity included [m/s²]
+    Triple translation;   ///< of the origin in the parent [m]
+    Triple force;         ///< [N]
+    Triple moment;        ///< about the origin [N·m]
+  };
+
+  std::vector<CompactState> compact;
+  std::vector<double> angle;  ///< [rad] of each compact body, padded to an even number
+  std::vector<double> sine;
+  std::vector<double> cosine;
+
   std::vector<BodyState> body;
   std::vector<Composite> composite;
   std::vector<Pose> world_from_body;
+  std::vector<Wrench> body_momentum;  ///< of a body and all that hangs on it
 
   Eigen::VectorXd gravity;
   Eigen::VectorXd bias;
   Eigen::VectorXd inverse_dynamics;
   Eigen::VectorXd forward_dynamics;
   Eigen::VectorXd unit_velocity;
+  Eigen::VectorXd joint_momentum;
+  Eigen::VectorXd momentum_drift;
   Eigen::MatrixXd metric;
   Eigen::MatrixXd metric_factor;
   Eigen::MatrixXd metric_inverse;

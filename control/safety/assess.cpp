@@ -61,6 +61,7 @@ Flags assess(const ControllerOptions& options, const ArmState& state, const Esti
   present(flags, Fault::kEncoderJump) = estimate.jumped;
   present(flags, Fault::kNotFinite) = estimate.not_finite | bounds.not_finite;
   present(flags, Fault::kTorqueSaturated) = bounds.saturated;
+  present(flags, Fault::kForbiddenCall) = when(state.forbidden_call != 0, 0);
 
   const std::size_t buses = std::min(state.buses, kMaxBuses);
   for (std::size_t i = 0; i < buses; ++i) {
@@ -114,6 +115,8 @@ void add_evidence(FaultEvent& event, const ControllerOptions& options, const Arm
       return set(safety.connect_timeout_s, safety.connect_timeout_s);
     case Fault::kEnableTimeout:
       return set(estimate.velocity[i], safety.start_velocity);
+    case Fault::kForbiddenCall:
+      return set(state.forbidden_call - 1, 0.0);
     case Fault::kDriveRefused:
     case Fault::kDriveDisabled:
     case Fault::kNotFinite:
@@ -122,6 +125,12 @@ void add_evidence(FaultEvent& event, const ControllerOptions& options, const Arm
     case Fault::kBusErrorPassive:
     case Fault::kBusStalled:
     case Fault::kForeignCommander:
+    case Fault::kContact:
+    case Fault::kVibration:
+    case Fault::kVibrationPersists:
+    case Fault::kStaticTorque:
+    case Fault::kEncoderStuck:
+    case Fault::kOtherArm:
     case Fault::kCount:
       break;  // nothing was measured; the fault says it all
   }

@@ -45,12 +45,17 @@ double wall_torque(const JointTuning& joint, double position, double velocity) n
 
 BoundedTorque bound_torque(const JointTuning& joint, double wanted, double previous,
                            double period_s) noexcept {
+  return bound_torque(joint, joint.torque_limit, wanted, previous, period_s);
+}
+
+BoundedTorque bound_torque(const JointTuning& joint, double limit, double wanted, double previous,
+                           double period_s) noexcept {
   BoundedTorque result;
   if (!std::isfinite(wanted)) {
     result.finite = false;
     return result;
   }
-  const double clamped = std::clamp(wanted, -joint.torque_limit, joint.torque_limit);
+  const double clamped = std::clamp(wanted, -limit, limit);
   result.saturated = clamped != wanted;
   const double step = joint.torque_rate_limit * period_s;
   result.torque = std::clamp(clamped, previous - step, previous + step);

@@ -34,4 +34,8 @@ struct BoundedTorque {
 BoundedTorque bound_torque(const JointTuning& joint, double wanted, double previous,
                            double period_s) noexcept;
 
+/// The same within another torque limit than the joint's own. Real-time.
+BoundedTorque bound_torque(const JointTuning& joint, double limit, double wanted, double previous,
+                           double period_s) noexcept;
+
 }  // namespace geodesic::control

@@ -3,6 +3,7 @@
 #include "control/safety/supervisor.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 namespace geodesic::control {
@@ -10,8 +11,6 @@ namespace {
 
 // Answers a joint must have given before it counts as connected: one may be left over from before.
 constexpr std::uint16_t kAnswersToConnect = 3;
-// A warning is told again only after the condition has been away for this long.
-constexpr double kRearmSeconds = 1.0;
 
 double seconds_between(std::int64_t from_ns, std::int64_t to_ns) noexcept {
   return (static_cast<double>(to_ns) - static_cast<double>(from_ns)) * 1e-9;
@@ -42,7 +41,10 @@ void begin(SupervisorDecision& decision, std::int64_t now_ns) noexcept {
 
 void count(const SupervisorOptions& options, SupervisorMemory& memory, const Flags& flags,
            std::int64_t now_ns) noexcept {
-  for (std::size_t i = 0; i < options.joints; ++i) {
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
+    if (!has(options.joints, i)) {
+      continue;
+    }
     const bool answered = has(flags.fresh, i);
     memory.silent[i] = answered ? std::uint16_t{0} : increment(memory.silent[i]);
     memory.answers[i] = answered ? increment(memory.answers[i]) : memory.answers[i];
@@ -50,8 +52,8 @@ void count(const SupervisorOptions& options, SupervisorMemory& memory, const Fla
   memory.overruns = flags.overran ? std::min(memory.overruns, 1'000'000) + 1 : 0;
 
   // A silent joint cannot be watched; what is left is to take it as it was predicted: at rest.
-  const BitSet watched = first(options.joints) & ~silent_joints(options, memory);
-  const BitSet moving = memory.state == SupervisorState::kStopping ? flags.unrested : flags.moving;
+  const BitSet watched = options.joints & ~silent_joints(options, memory);
+  const BitSet moving = makes_torque(memory.state) ? flags.unrested : flags.moving;
   if ((moving & watched) != 0) {
     memory.rest_since_ns = now_ns;
   }
@@ -61,7 +63,7 @@ void count(const SupervisorOptions& options, SupervisorMemory& memory, const Fla
 BitSet connected(const SupervisorOptions& options, const SupervisorMemory& memory,
                  const Flags& flags) noexcept {
   BitSet set = flags.disabled & ~silent_joints(options, memory);
-  for (std::size_t i = 0; i < options.joints; ++i) {
+  for (std::size_t i = 0; i < kMaxJoints; ++i) {
     if (memory.answers[i] < kAnswersToConnect) {
       set &= ~bit(i);
     }
@@ -78,7 +80,6 @@ BitSet startable(const Flags& flags) noexcept {
 std::array<BitSet, kFaults> detect(const SupervisorOptions& options, const SupervisorMemory& memory,
                                    const Flags& flags, std::int64_t now_ns) noexcept {
   const SafetyOptions& safety = options.safety;
-  const BitSet all = first(options.joints);
   const double elapsed = seconds_between(memory.since_ns, now_ns);
   std::array<BitSet, kFaults> present = flags.present;
 
@@ -86,7 +87,8 @@ std::array<BitSet, kFaults> detect(const SupervisorOptions& options, const Super
   set_of(present, Fault::kDriveRefused) = flags.refused;
   set_of(present, Fault::kDriveError) = flags.error;
   set_of(present, Fault::kDriveDisabled) = ~flags.enabled & ~flags.error & ~failed_drives(memory);
-  set_of(present, Fault::kOverrun) = memory.overruns >= safety.overrun_cycles ? bit(0) : 0;
+  set_of(present, Fault::kOverrun) =
+      memory.overruns >= cycles_to_detect(Fault::kOverrun, safety) ? bit(0) : 0;
   set_of(present, Fault::kNotAtRest) = flags.moving;
   set_of(present, Fault::kStartOutsideLimits) = flags.outside;
   set_of(present, Fault::kConnectTimeout) = 0;
@@ -103,8 +105,8 @@ std::array<BitSet, kFaults> detect(const SupervisorOptions& options, const Super
   for (std::size_t i = 0; i < kFaults; ++i) {
     const FaultPolicy& line = policy(static_cast<Fault>(i));
     const bool looked_for = has(line.states, static_cast<std::size_t>(memory.state));
-    const BitSet subjects = line.subject == Subject::kJoint ? all
-                            : line.subject == Subject::kBus ? first(kMaxBuses)
+    const BitSet subjects = line.subject == Subject::kJoint ? options.joints
+                            : line.subject == Subject::kBus ? options.buses
                                                             : bit(0);
     present[i] = looked_for ? present[i] & subjects : 0;
   }
@@ -112,13 +114,14 @@ std::array<BitSet, kFaults> detect(const SupervisorOptions& options, const Super
 }
 
 /// Adds to what is latched. Warnings and refusals go again after a while; faults never do.
-void latch(SupervisorMemory& memory, const std::array<BitSet, kFaults>& present,
-           std::int64_t now_ns) noexcept {
+void latch(const SupervisorOptions& options, SupervisorMemory& memory,
+           const std::array<BitSet, kFaults>& present, std::int64_t now_ns) noexcept {
   for (std::size_t i = 0; i < kFaults; ++i) {
     memory.latched[i] |= present[i];
     if (present[i] != 0) {
       memory.seen_ns[i] = now_ns;
-    } else if (policy(static_cast<Fault>(i)).action < Action::kControlledStop &&
+    } else if (memory.latched[i] != 0 &&
+               clears_of(static_cast<Fault>(i), options.safety) == Clears::kItself &&
                seconds_between(memory.seen_ns[i], now_ns) > kRearmSeconds) {
       memory.latched[i] = 0;
       memory.reported[i] = 0;
@@ -126,17 +129,20 @@ void latch(SupervisorMemory& memory, const std::array<BitSet, kFaults>& present,
   }
 }
 
-void tell(SupervisorDecision& decision, std::int64_t now_ns) noexcept {
+void tell(const SupervisorOptions& options, SupervisorDecision& decision, std::int64_t now_ns,
+          std::size_t room) noexcept {
   SupervisorMemory& memory = decision.memory;
   for (std::size_t i = 0; i < kFaults; ++i) {
     const BitSet fresh = memory.latched[i] & ~memory.reported[i];
-    for (std::size_t k = 0; fresh != 0 && k < 32 && decision.events < kMaxEventsPerCycle; ++k) {
+    for (std::size_t k = 0;
+         fresh != 0 && k < 32 && decision.events < std::min(room, kMaxEventsPerCycle); ++k) {
       if (!has(fresh, k)) {
         continue;
       }
       FaultEvent& event = decision.event[decision.events++];
       event.time_ns = now_ns;
       event.fault = static_cast<Fault>(i);
+      event.action = action_of(event.fault, options.safety);
       const Subject subject = policy(event.fault).subject;
       event.joint = subject == Subject::kJoint ? static_cast<int>(k) : kNoJoint;
       event.bus = subject == Subject::kBus ? static_cast<int>(k) : -1;
@@ -145,8 +151,10 @@ void tell(SupervisorDecision& decision, std::int64_t now_ns) noexcept {
   }
 }
 
-void lower(SupervisorMemory& memory, bool drives_only, std::int64_t now_ns) noexcept {
+void lower(const SupervisorOptions& options, SupervisorMemory& memory, bool drives_only,
+           std::int64_t now_ns) noexcept {
   memory.lower_from = memory.authority;
+  memory.ramp_s = options.safety.lower_s;
   memory.drives_only = drives_only;
   enter(memory, SupervisorState::kLowering, now_ns);
 }
@@ -155,8 +163,8 @@ void lower(SupervisorMemory& memory, bool drives_only, std::int64_t now_ns) noex
 /// so that there is nothing to stop or to lower.
 void step_before_torque(const SupervisorOptions& options, SupervisorMemory& memory,
                         const Flags& flags, std::int64_t now_ns) noexcept {
-  const BitSet all = first(options.joints);
-  if (worst_action(memory) >= Action::kControlledStop) {
+  const BitSet all = options.joints;
+  if (worst_action(options, memory) >= Action::kControlledStop) {
     enter(memory, SupervisorState::kFault, now_ns);
     return;
   }
@@ -178,6 +186,7 @@ void step_before_torque(const SupervisorOptions& options, SupervisorMemory& memo
     }
   } else if ((startable(flags) & all) == all) {
     enter(memory, SupervisorState::kActive, now_ns);
+    memory.ramp_s = options.safety.start_ramp_s;
   }
 }
 
@@ -185,40 +194,45 @@ void step_before_torque(const SupervisorOptions& options, SupervisorMemory& memo
 void step_with_torque(const SupervisorOptions& options, SupervisorMemory& memory,
                       const Flags& flags, std::int64_t now_ns) noexcept {
   const SafetyOptions& safety = options.safety;
-  const Action worst = worst_action(memory);
+  const Action worst = worst_action(options, memory);
   const double elapsed = seconds_between(memory.since_ns, now_ns);
   // Nothing that is looked for here may cut torque at once: policy.cpp does not compile if it does.
-  if (worst == Action::kDriveDamping && !memory.drives_only) {
-    lower(memory, true, now_ns);
-  } else if (memory.state == SupervisorState::kActive) {
+  if (worst == Action::kDriveDamping && memory.state != SupervisorState::kLowering) {
+    lower(options, memory, true, now_ns);
+    return;
+  }
+  memory.drives_only = worst == Action::kDriveDamping;  // lowering goes on, in the time it has left
+  if (memory.state == SupervisorState::kActive) {
     if (worst == Action::kControlledStop || flags.stop_requested) {
       enter(memory, SupervisorState::kStopping, now_ns);
     }
   } else if (memory.state == SupervisorState::kStopping) {
     const bool rested = seconds_between(memory.rest_since_ns, now_ns) >= safety.stop_rest_s;
     if (rested || elapsed >= safety.stop_timeout_s) {
-      lower(memory, false, now_ns);
+      lower(options, memory, false, now_ns);
     }
-  } else if (elapsed >= safety.lower_s) {
-    const bool faulted = worst >= Action::kControlledStop;
-    enter(memory, faulted ? SupervisorState::kFault : SupervisorState::kOff, now_ns);
+  } else if (elapsed >= memory.ramp_s) {
+    // Torque is gone; drives damp until the arm has come down, as far as encoders can tell.
+    const bool rested =
+        !memory.drives_only && seconds_between(memory.rest_since_ns, now_ns) >= safety.stop_rest_s;
+    if (rested || elapsed >= memory.ramp_s + safety.settle_timeout_s) {
+      const bool faulted = worst >= Action::kControlledStop;
+      enter(memory, faulted ? SupervisorState::kFault : SupervisorState::kOff, now_ns);
+    }
   }
 }
 
 /// The ramps. Once active has been left, authority never rises again.
-double authority(const SupervisorOptions& options, const SupervisorMemory& memory,
-                 std::int64_t now_ns) noexcept {
+double authority(const SupervisorMemory& memory, std::int64_t now_ns) noexcept {
   const double elapsed = seconds_between(memory.since_ns, now_ns);
-  const auto part = [elapsed](double whole_s) {
-    return elapsed >= whole_s ? 1.0 : std::max(0.0, elapsed / whole_s);
-  };
+  const double part = elapsed >= memory.ramp_s ? 1.0 : std::max(0.0, elapsed / memory.ramp_s);
   switch (memory.state) {
     case SupervisorState::kActive:
-      return part(options.safety.start_ramp_s);
+      return part;
     case SupervisorState::kStopping:
       return memory.authority;
     case SupervisorState::kLowering:
-      return memory.drives_only ? 0.0 : memory.lower_from * (1.0 - part(options.safety.lower_s));
+      return memory.drives_only ? 0.0 : memory.lower_from * (1.0 - part);
     default:
       return 0.0;
   }
@@ -227,11 +241,46 @@ double authority(const SupervisorOptions& options, const SupervisorMemory& memor
 }  // namespace
 
 BitSet silent_joints(const SupervisorOptions& options, const SupervisorMemory& memory) noexcept {
+  const int cycles = cycles_to_detect(Fault::kJointSilent, options.safety);
   BitSet set = 0;
-  for (std::size_t i = 0; i < options.joints; ++i) {
-    set |= memory.silent[i] >= options.safety.silent_cycles ? bit(i) : 0;
+  for (BitSet left = options.joints; left != 0; left &= left - 1) {  // asked for often: no more
+    const auto i = static_cast<std::size_t>(std::countr_zero(left));
+    set |= memory.silent[i] >= cycles ? bit(i) : 0;
   }
   return set;
+}
+
+bool is_late(const SupervisorOptions& options, const SupervisorMemory& memory,
+             std::size_t joint) noexcept {
+  return memory.silent[joint] >= options.safety.damp_cycles;
+}
+
+double law_share(const SupervisorOptions& options, const SupervisorMemory& memory,
+                 std::size_t joint) noexcept {
+  const SafetyOptions& safety = options.safety;
+  const int missed = memory.silent[joint];
+  if (missed < safety.damp_cycles) {
+    return 1.0;
+  }
+  return std::max(0.0, static_cast<double>(safety.silent_cycles - missed) /
+                           static_cast<double>(safety.silent_cycles - safety.damp_cycles + 1));
+}
+
+SupervisorState overall(SupervisorState one, SupervisorState other) noexcept {
+  constexpr std::array<int, kSupervisorStates> kRank{0, 2, 3, 4, 7, 6, 5, 1};
+  return kRank[static_cast<std::size_t>(one)] >= kRank[static_cast<std::size_t>(other)] ? one
+                                                                                        : other;
+}
+
+bool has_own_fault(const SupervisorOptions& options, const SupervisorMemory& memory) noexcept {
+  for (std::size_t i = 0; i < kFaults; ++i) {
+    const auto fault = static_cast<Fault>(i);
+    if (memory.latched[i] != 0 && fault != Fault::kOtherArm &&
+        action_of(fault, options.safety) >= Action::kControlledStop) {
+      return true;
+    }
+  }
+  return false;
 }
 
 BitSet failed_drives(const SupervisorMemory& memory) noexcept {
@@ -239,11 +288,11 @@ BitSet failed_drives(const SupervisorMemory& memory) noexcept {
          memory.latched[static_cast<std::size_t>(Fault::kDriveDisabled)];
 }
 
-Action worst_action(const SupervisorMemory& memory) noexcept {
+Action worst_action(const SupervisorOptions& options, const SupervisorMemory& memory) noexcept {
   Action worst = Action::kNone;
   for (std::size_t i = 0; i < kFaults; ++i) {
     if (memory.latched[i] != 0) {
-      worst = std::max(worst, policy(static_cast<Fault>(i)).action);
+      worst = std::max(worst, action_of(static_cast<Fault>(i), options.safety));
     }
   }
   return worst;
@@ -270,7 +319,7 @@ DriveMode drive_mode(const SupervisorMemory& memory, std::size_t joint,
 }
 
 SupervisorDecision supervise(const SupervisorOptions& options, const SupervisorMemory& memory,
-                             const Flags& flags, std::int64_t now_ns) noexcept {
+                             const Flags& flags, std::int64_t now_ns, std::size_t room) noexcept {
   SupervisorDecision decision;
   decision.memory = memory;
   SupervisorMemory& next = decision.memory;
@@ -279,20 +328,20 @@ SupervisorDecision supervise(const SupervisorOptions& options, const SupervisorM
     if (!flags.stop_requested && (flags.law_requested || first_start)) {
       begin(decision, now_ns);
     } else {
-      tell(decision, now_ns);  // what did not fit into the cycle of the fault
+      tell(options, decision, now_ns, room);  // what did not fit into the cycle of the fault
       next.start_done = memory.start_done || flags.stop_requested;
     }
     return decision;
   }
   count(options, next, flags, now_ns);
-  latch(next, detect(options, next, flags, now_ns), now_ns);
+  latch(options, next, detect(options, next, flags, now_ns), now_ns);
   if (makes_torque(next.state)) {
     step_with_torque(options, next, flags, now_ns);
   } else {
     step_before_torque(options, next, flags, now_ns);
   }
-  next.authority = authority(options, next, now_ns);
-  tell(decision, now_ns);
+  next.authority = authority(next, now_ns);
+  tell(options, decision, now_ns, room);
   return decision;
 }
 

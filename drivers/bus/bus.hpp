@@ -72,8 +72,13 @@ class Bus {
   /// Real-time, bounded by out.size().
   virtual std::size_t receive(std::span<ReceivedFrame> out) noexcept = 0;
 
-  /// Descriptor that polls readable when receive() has something.
+  /// Descriptor that polls readable when receive() has something; the same for the bus' whole life.
   virtual int descriptor() const noexcept = 0;
+
+  /// What takes more than sending and receiving, such as to connect again to a bus that was gone.
+  /// From its first call on, the others make no system call but to send, receive and read the
+  /// clock, and this one is to be called now and then. One thread, not the real-time one.
+  virtual void tend() noexcept {}
 
   virtual const control::BusState& state() const noexcept = 0;
   virtual const BusCounters& counters() const noexcept = 0;

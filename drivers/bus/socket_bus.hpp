@@ -5,7 +5,9 @@
 #include <sys/socket.h>
 
 #include <array>
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -29,13 +31,23 @@ class SocketBus final : public Bus {
   int descriptor() const noexcept override { return socket_.get(); }
   const control::BusState& state() const noexcept override { return traffic_.state(); }
   const BusCounters& counters() const noexcept override { return traffic_.counters(); }
+  void tend() noexcept override;
 
  private:
   static constexpr std::size_t kMessages = 8;
 
+  /// Whose turn it is: what is not kUp is handed from one thread to the other.
+  enum class Link : std::uint8_t {
+    kUp,     ///< the socket belongs to who sends and receives
+    kGone,   ///< the hub has left; the socket belongs to who tends
+    kFresh,  ///< connected again; to be taken up by who sends
+  };
+
   bool can_carry(const Frame& frame) const noexcept;
   bool reconnect() noexcept;
   void gone(int error_number) noexcept;
+  void set_aside() noexcept;
+  bool connect_again() noexcept;
   std::size_t read_batch() noexcept;
   void take_in(std::span<const std::byte> message, std::int64_t now_ns) noexcept;
 
@@ -46,6 +58,10 @@ class SocketBus final : public Bus {
   Descriptor socket_;
   Descriptor idle_;  // takes the socket's place in poll() while the hub is gone: never readable
   int sends_until_reconnect_ = 0;
+  std::atomic<Link> link_{Link::kUp};
+  std::atomic<bool> tended_{false};  // somebody else does what takes more than to send and receive
+  bool set_aside_ = false;           // the rest is tend()'s
+  std::int64_t next_try_ns_ = 0;
   WireWriter writer_;
   std::vector<std::array<std::byte, kWireMessageBytes>> buffers_;
   std::array<iovec, kMessages> vectors_{};

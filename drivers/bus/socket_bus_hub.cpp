@@ -114,8 +114,10 @@ bool SocketBusHub::Wire::wait(int wake) {
   polled_.push_back({.fd = listener_.descriptor(), .events = POLLIN, .revents = 0});
   for (const auto& client : clients_) {
     const int events = (full ? 0 : POLLIN) | (client->owes_news ? POLLOUT : 0);
-    polled_.push_back(
-        {.fd = client->socket.get(), .events = static_cast<short>(events), .revents = 0});
+    // One that has hung up would wake us though nothing is asked of it, again and again.
+    polled_.push_back({.fd = events != 0 ? client->socket.get() : -1,
+                       .events = static_cast<short>(events),
+                       .revents = 0});
   }
   timespec timeout{};
   const bool timed = on_wire_.has_value() && !held.load(std::memory_order_relaxed);

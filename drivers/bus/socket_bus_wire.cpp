@@ -6,7 +6,8 @@
 namespace geodesic::drivers {
 namespace {
 
-constexpr std::uint32_t kIdMask = 0x1FFFFFFF;
+constexpr std::uint32_t kLongIdMask = 0x1FFFFFFF;
+constexpr std::uint32_t kShortIdMask = 0x7FF;
 
 }  // namespace
 
@@ -72,11 +73,12 @@ bool WireReader::next(Item& item) noexcept {
   item.confirmation = (header.flags & WireFrameHeader::kConfirmed) != 0;
   item.stamp_ns = header.stamp_ns;
   item.frame = Frame{};
-  item.frame.id = header.id & kIdMask;
   item.frame.extended = (header.flags & WireFrameHeader::kExtended) != 0;
   item.frame.fd = (header.flags & WireFrameHeader::kFd) != 0;
   item.frame.bit_rate_switch = (header.flags & WireFrameHeader::kBitRateSwitch) != 0;
   item.frame.error = (header.flags & WireFrameHeader::kError) != 0;
+  const bool long_id = item.frame.extended || item.frame.error;
+  item.frame.id = header.id & (long_id ? kLongIdMask : kShortIdMask);
   item.frame.length = header.length;
   std::memcpy(item.frame.data.data(), rest_.data(), header.length);
   rest_ = rest_.subspan(header.length);

@@ -48,8 +48,13 @@ void Traffic::arrived(const Frame& frame, std::int64_t stamp_ns) noexcept {
 }
 
 void Traffic::confirmed() noexcept {
-  in_flight_ -= in_flight_ > 0 ? 1 : 0;
   doubted_ = false;
+  if (forgotten_ > 0) {
+    --forgotten_;
+    ++confirmed_forgotten_;
+    return;
+  }
+  in_flight_ -= in_flight_ > 0 ? 1 : 0;
   if (bus_off_before_send_) {
     // A frame handed over after the bus-off has left: the controller is back, though nobody said
     // so.
@@ -108,6 +113,7 @@ void Traffic::handed_over(std::size_t sent, std::size_t offered, std::size_t com
       came_up();
     }
     in_flight_ += commanded;
+    confirmed_forgotten_ = 0;
     handed_over_ns_ = now_ns;
     confirmations_lost_ = false;
     bus_off_before_send_ = state_.bus_off;
@@ -120,6 +126,7 @@ void Traffic::failed(int error_number) noexcept {
 
 void Traffic::forget_in_flight() noexcept {
   in_flight_ = 0;
+  forgotten_ = 0;
   confirmations_lost_ = false;
 }
 
@@ -128,6 +135,10 @@ bool Traffic::doubt_in_flight() noexcept {
     return false;
   }
   doubted_ = true;
+  // As many confirmations as were due have come since: they were these frames' own, and the
+  // confirmations of the frames forgotten before are lost indeed.
+  const bool came_after_all = confirmed_forgotten_ > 0 && confirmed_forgotten_ >= in_flight_;
+  forgotten_ = came_after_all ? 0 : forgotten_ + in_flight_;
   in_flight_ = 0;
   return true;
 }

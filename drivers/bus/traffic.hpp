@@ -55,6 +55,8 @@ class Traffic {
   void forget_in_flight() noexcept;
   /// Forgets what is under way for want of a confirmation alone. Allowed once, until a confirmation
   /// shows that the bus moves: so what a wrong guess puts behind a held frame is one cycle at most.
+  /// Frames leave in order: if the guess was wrong, the forgotten ones' confirmations come before
+  /// those of what is handed over next, and are not taken for them.
   /// @return false: not allowed.
   bool doubt_in_flight() noexcept;
   void went_down(std::int64_t now_ns) noexcept;
@@ -76,6 +78,8 @@ class Traffic {
   std::size_t held_first_ = 0;
   std::size_t held_count_ = 0;
   std::size_t in_flight_ = 0;
+  std::size_t forgotten_ = 0;            // doubted frames that may still be confirmed
+  std::size_t confirmed_forgotten_ = 0;  // since the last frames were handed over
   std::int64_t handed_over_ns_ = 0;
   std::int64_t foreign_ns_ = 0;
   std::int64_t down_ns_ = 0;

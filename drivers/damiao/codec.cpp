@@ -3,6 +3,7 @@
 #include "drivers/damiao/codec.hpp"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace geodesic::drivers::damiao {
@@ -20,18 +21,21 @@ Frame make_frame(std::uint32_t id, bool fd, std::uint8_t length) noexcept {
   return frame;
 }
 
+// The bytes in the order of the wire are one number, most significant first. Every field of every
+// frame passes here: one load and one swap, not a loop.
+std::uint64_t big_endian(std::uint64_t word) noexcept {
+  return std::endian::native == std::endian::little ? __builtin_bswap64(word) : word;
+}
+
 std::uint64_t load(const Frame& frame) noexcept {
   std::uint64_t word = 0;
-  for (std::size_t i = 0; i < kLength; ++i) {
-    word = word << 8U | frame.data[i];
-  }
-  return word;
+  std::memcpy(&word, frame.data.data(), kLength);
+  return big_endian(word);
 }
 
 void store(Frame& frame, std::uint64_t word) noexcept {
-  for (std::size_t i = kLength; i-- > 0; word >>= 8U) {
-    frame.data[i] = static_cast<std::uint8_t>(word & 0xFFU);
-  }
+  word = big_endian(word);
+  std::memcpy(frame.data.data(), &word, kLength);
 }
 
 std::uint64_t place(std::uint32_t code, Field field) noexcept {
@@ -201,10 +205,12 @@ std::optional<Frame> encode_position_velocity(std::uint32_t id, bool fd,
 }
 
 std::optional<PositionVelocityCommand> decode_position_velocity(const Frame& frame) noexcept {
-  if (frame.length != kLength) {
+  const PositionVelocityCommand command{load_float(frame, 0), load_float(frame, 4)};
+  if (frame.length != kLength || !fits_float(command.position_rad) ||
+      !fits_float(command.velocity_limit_rad_s)) {
     return std::nullopt;
   }
-  return PositionVelocityCommand{load_float(frame, 0), load_float(frame, 4)};
+  return command;
 }
 
 std::optional<Frame> encode_velocity(std::uint32_t id, bool fd, double velocity_rad_s) noexcept {
@@ -217,10 +223,11 @@ std::optional<Frame> encode_velocity(std::uint32_t id, bool fd, double velocity_
 }
 
 std::optional<double> decode_velocity(const Frame& frame) noexcept {
-  if (frame.length != 4 && frame.length != kLength) {
+  const double velocity_rad_s = load_float(frame, 0);
+  if ((frame.length != 4 && frame.length != kLength) || !fits_float(velocity_rad_s)) {
     return std::nullopt;
   }
-  return load_float(frame, 0);
+  return velocity_rad_s;
 }
 
 std::optional<Frame> encode_position_force(std::uint32_t id, bool fd,
@@ -241,10 +248,11 @@ std::optional<Frame> encode_position_force(std::uint32_t id, bool fd,
 }
 
 std::optional<PositionForceCommand> decode_position_force(const Frame& frame) noexcept {
-  if (frame.length != kLength) {
+  const double position_rad = load_float(frame, 0);
+  if (frame.length != kLength || !fits_float(position_rad)) {
     return std::nullopt;
   }
-  return PositionForceCommand{load_float(frame, 0), load_little(frame, 4, 2) / 100.0,
+  return PositionForceCommand{position_rad, load_little(frame, 4, 2) / 100.0,
                               load_little(frame, 6, 2) / 10000.0};
 }
 

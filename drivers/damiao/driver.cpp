@@ -144,7 +144,7 @@ Frame Driver::brake_frame(double damping) const noexcept {
 
 Frame Driver::torque_frame(const DriveCommand& command) noexcept {
   if (finite(command)) {
-    const MitCommand mit{.position_rad = command.position_rad,
+    const MitCommand mit{.position_rad = command.position_rad - wraps_ * 2.0 * ranges_.position_rad,
                          .velocity_rad_s = command.velocity_rad_s,
                          .stiffness_nm_rad = command.stiffness_nm_rad,
                          .damping_nm_s_rad = command.damping_nm_s_rad,
@@ -176,11 +176,14 @@ bool Driver::receive(const ReceivedFrame& received) noexcept {
   if (!report || report->motor != (options_.id & 0xFU)) {
     return false;
   }
+  if (received.stamp_ns - last_heard_ns_ > kForgetNs) {
+    counting_ = false;  // it may have been off, and has forgotten the turns itself
+  }
   last_heard_ns_ = received.stamp_ns;
   take_status(report->status);
   const bool meaningful = start_up_.ranges_verified() && phase_ != Phase::kRefused;
   if (meaningful) {
-    state_.position_rad = report->position_rad;
+    state_.position_rad = unwrapped(report->position_rad);
     state_.velocity_rad_s = report->velocity_rad_s;
     state_.torque_nm = report->torque_nm;
     state_.temperature_c = std::max(report->mosfet_c, report->rotor_c);
@@ -188,6 +191,18 @@ bool Driver::receive(const ReceivedFrame& received) noexcept {
   }
   update_condition();
   return meaningful;
+}
+
+double Driver::unwrapped(double reported_rad) noexcept {
+  const double step = reported_rad - reported_rad_;
+  if (!counting_) {
+    wraps_ = 0.0;
+  } else if (std::abs(step) > ranges_.position_rad) {
+    wraps_ -= std::copysign(1.0, step);
+  }
+  counting_ = true;
+  reported_rad_ = reported_rad;
+  return reported_rad + wraps_ * 2.0 * ranges_.position_rad;
 }
 
 void Driver::take_status(std::uint8_t status) noexcept {

@@ -60,6 +60,8 @@ class Driver final : public Drive {
   Frame torque_frame(const DriveCommand& command) noexcept;
   Frame brake_frame(double damping) const noexcept;
   void take_status(std::uint8_t status) noexcept;
+  /// A drive counts within +-PMAX and wraps around; a step of more than half of that is a wrap.
+  double unwrapped(double reported_rad) noexcept;
   void update_condition() noexcept;
 
   DriveOptions options_;
@@ -74,6 +76,9 @@ class Driver final : public Drive {
   std::int64_t next_enable_ns_ = 0;
   std::int64_t last_heard_ns_ = 0;
   std::uint8_t status_ = 0;
+  bool counting_ = false;  ///< reported_rad_ is what it reported last
+  double reported_rad_ = 0.0;
+  double wraps_ = 0.0;  ///< whole spans of 2 PMAX, up
   DriveState state_;
   DriveComplaint complaint_;
 };

@@ -103,6 +103,13 @@ float Simulated::real(Register number) const {
   return std::bit_cast<float>(ram_[static_cast<std::size_t>(number)]);
 }
 
+// Anybody may write anything into a scaling register; a drive goes on with its arithmetic.
+float Simulated::scale(Register number) const {
+  constexpr float kMost = 1e30F;
+  const float value = real(number);
+  return value > 1.0F / kMost && value < kMost ? value : 1.0F;
+}
+
 std::uint32_t Simulated::integer(Register number) const {
   return ram_[static_cast<std::size_t>(number)];
 }
@@ -149,7 +156,7 @@ void Simulated::set_shaft(double position_rad, double velocity_rad_s) {
 
 double Simulated::measured_position() const {
   return wrapped(shaft_rad_ - zero_rad_ + turns_rad_,
-                 static_cast<double>(real(Register::kPositionRange)));
+                 static_cast<double>(scale(Register::kPositionRange)));
 }
 
 void Simulated::watch(std::int64_t now_ns) {
@@ -169,7 +176,7 @@ double Simulated::torque_nm(std::int64_t now_ns) {
   const auto velocity = static_cast<float>(shaft_rad_s_);
   const float wanted = command_.stiffness * (command_.position - position) +
                        command_.damping * (command_.velocity - velocity) + command_.torque;
-  const float limit = real(Register::kTorqueRange);
+  const float limit = scale(Register::kTorqueRange);
   return static_cast<double>(std::clamp(wanted, -limit, limit));
 }
 
@@ -199,7 +206,7 @@ void Simulated::obey(const Frame& frame, std::int64_t now_ns) {
   if (!ends_in_special(frame)) {
     if (enabled() && integer(Register::kControlMode) == 1) {
       const auto signed_value = [this, &frame](Field field, Register range) {
-        return uint_to_float(bits_at(frame, field), -real(range), real(range), field.bits);
+        return uint_to_float(bits_at(frame, field), -scale(range), scale(range), field.bits);
       };
       command_.position = signed_value(mit::kPosition, Register::kPositionRange);
       command_.velocity = signed_value(mit::kVelocity, Register::kVelocityRange);
@@ -272,7 +279,7 @@ std::size_t Simulated::serve_register(const Frame& frame, std::int64_t now_ns, F
 
 Frame Simulated::reply() const {
   Frame frame;
-  frame.id = integer(Register::kReplyId);
+  frame.id = integer(Register::kReplyId) & 0x7FFU;  // whatever is written there, it has 11 bits
   frame.fd = fd_;
   frame.bit_rate_switch = fd_;
   frame.length = 8;
@@ -283,7 +290,7 @@ Frame Simulated::state_report(std::int64_t now_ns) {
   const auto torque = static_cast<float>(torque_nm(now_ns));
   Frame frame = reply();
   const auto put = [this, &frame](Field field, float value, Register range) {
-    put_bits(frame, field, float_to_uint(value, -real(range), real(range), field.bits));
+    put_bits(frame, field, float_to_uint(value, -scale(range), scale(range), field.bits));
   };
   put_bits(frame, report::kStatus, static_cast<std::uint32_t>(status_));
   put_bits(frame, report::kMotor, integer(Register::kId) & 0xFU);

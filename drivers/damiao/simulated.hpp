@@ -54,6 +54,7 @@ class Simulated final : public SimulatedDrive {
   Frame reply() const;
   Frame state_report(std::int64_t now_ns);
   float real(Register number) const;
+  float scale(Register number) const;
   std::uint32_t integer(Register number) const;
 
   Registers flash_{};

@@ -22,36 +22,47 @@ std::string contents(const std::filesystem::path& file) {
 class Auditor final : public OptionVisitor {
  public:
   void number(const Spec& spec, Given<double>& value) override {
-    audit(spec);
+    value_of(spec);
     // A default outside its own range would be a slip. Where text explains it, it is no constant.
     if (!spec.required && spec.default_text.empty()) {
       EXPECT_TRUE(spec.range.holds(value.value)) << spec.key << " = " << value.value;
     }
   }
   void integer(const Spec& spec, Given<std::int64_t>& value) override {
-    audit(spec);
+    value_of(spec);
     if (!spec.required) {
       EXPECT_TRUE(spec.range.holds(static_cast<double>(value.value))) << spec.key;
     }
   }
-  void flag(const Spec& spec, Given<bool>& /*value*/) override { audit(spec); }
-  void text(const Spec& spec, Given<std::string>& /*value*/) override { audit(spec); }
+  void flag(const Spec& spec, Given<bool>& /*value*/) override { value_of(spec); }
+  void text(const Spec& spec, Given<std::string>& /*value*/) override { value_of(spec); }
   void integers(const Spec& spec, Given<std::vector<std::int64_t>>& /*value*/) override {
-    audit(spec);
+    value_of(spec);
   }
-  void vector(const Spec& spec, Given<std::array<double, 3>>& /*value*/) override { audit(spec); }
-  void by_name(const Spec& spec, std::vector<NamedNumber>& /*values*/) override { audit(spec); }
+  void vector(const Spec& spec, Given<std::array<double, 3>>& /*value*/) override {
+    value_of(spec);
+  }
+  void by_name(const Spec& spec, std::vector<NamedNumber>& /*values*/) override { value_of(spec); }
   void table(const Spec& spec, const Describe& describe) override {
     audit(spec);
     describe(*this);
   }
   void partial_table(const Spec& spec, const Describe& describe) override { table(spec, describe); }
-  void tables(const Spec& spec, const Describe& describe) override { table(spec, describe); }
+  void tables(const Spec& spec, std::size_t present, const DescribeOne& describe) override {
+    EXPECT_NE(spec.live, Live::kUnsaid) << spec.key << ": may one be added to a running daemon?";
+    table(spec, [&](OptionVisitor& inner) { describe(inner, present); });
+  }
   Place here() const override { return {}; }
 
   int options = 0;
 
  private:
+  void value_of(const Spec& spec) {
+    audit(spec);
+    EXPECT_NE(spec.live, Live::kUnsaid)
+        << spec.key << " does not say whether a running daemon takes it: .live = kLive, kRestart "
+        << "or kElsewhere";
+  }
   void audit(const Spec& spec) {
     ++options;
     EXPECT_FALSE(spec.key.empty());
@@ -105,6 +116,15 @@ TEST(Messages, QuotedTextIsHarmless) {
   two_bytes_too_long += "\u00e9\u00e9";
   const std::string cut = quote(two_bytes_too_long);
   EXPECT_EQ(cut.substr(cut.size() - 5), "x...\"");
+}
+
+TEST(Messages, WhatIsNoTextIsNeverShown) {
+  EXPECT_EQ(printable("N·m \u20ac \U0001f642"), "N·m \u20ac \U0001f642");
+  EXPECT_EQ(printable("\xff|\xc2|\xe2\x82|\x80|\xc1\x81|\xf5\x80\x80\x80"), "?|?|??|?|??|????");
+  EXPECT_EQ(printable("\xc2\x9b[31m\t\n"), "??[31m??") << "CSI as one letter";
+  Findings findings;
+  findings.error({"a.urdf", 1, 1}, "found <\xff>");
+  EXPECT_EQ(findings.take().front().text, "found <?>");
 }
 
 TEST(Messages, FormIsFileLineColumn) {

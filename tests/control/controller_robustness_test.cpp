@@ -175,7 +175,7 @@ TEST(ControllerRobustness, AnythingThatIsNoNumberEndsInFault) {
         EXPECT_TRUE(bench.raised(Fault::kNotFinite, 1));
         EXPECT_EQ(bench.state(), makes_torque(from) ? kLowering : kFault);
         EXPECT_EQ(bench.command.joint[0].torque, 0.0);
-        EXPECT_TRUE(bench.run_until(kFault, 1100));
+        EXPECT_TRUE(bench.run_until(kFault, 3100));
       }
     }
   }

@@ -260,7 +260,7 @@ TEST(Controller, AModelThatYieldsNoNumberCostsTheTorqueNotTheArm) {
   testing::ObedientArm arm;
   ArmCommand command;
   bool told = false;
-  for (int i = 0; i < 3000; ++i) {
+  for (int i = 0; i < 6000; ++i) {
     arm.obey(command);
     command = controller.update(arm.state, kPeriod);
     for (std::size_t k = 0; k < 2; ++k) {

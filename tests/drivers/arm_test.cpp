@@ -104,6 +104,31 @@ class Arms : public ::testing::Test {
   std::int64_t tick_ns = 0;
 };
 
+TEST_F(Arms, SendsWhatWasPreparedAndNothingElse) {
+  enable_all();
+  const ArmCommand holding = command;
+  ArmCommand pulling = command;
+  pulling.joint.fill({DriveMode::kEnable, 1.0, 0.0, 0.0, 0.0, 0.0});
+  wires[0].sent.clear();
+  arm->transmit(holding, rt::now_ns());
+  const std::vector<Frame> as_it_comes = wires[0].sent;
+  arm->receive(rt::now_ns(), rt::now_ns() + kWaitNs);
+
+  wires[0].sent.clear();
+  arm->prepare(holding, rt::now_ns());
+  EXPECT_TRUE(wires[0].sent.empty());
+  arm->transmit(pulling, rt::now_ns());
+  ASSERT_EQ(wires[0].sent.size(), as_it_comes.size());
+  for (std::size_t i = 0; i < as_it_comes.size(); ++i) {
+    EXPECT_EQ(wires[0].sent[i].id, as_it_comes[i].id);
+    EXPECT_EQ(wires[0].sent[i].data, as_it_comes[i].data);
+  }
+  arm->receive(rt::now_ns(), rt::now_ns() + kWaitNs);
+  wires[0].sent.clear();
+  arm->transmit(pulling, rt::now_ns());  // nothing is prepared any more
+  EXPECT_NE(wires[0].sent[0].data, as_it_comes[0].data);
+}
+
 TEST_F(Arms, ConfiguresEnablesAndReportsEveryJoint) {
   enable_all();
   const ArmState& state = cycle();
@@ -121,6 +146,29 @@ TEST_F(Arms, ConfiguresEnablesAndReportsEveryJoint) {
   EXPECT_EQ(arm->joints(), 4U);
   EXPECT_EQ(arm->buses(), 2U);
   EXPECT_EQ(arm->bus_counters(0).sent, arm->joint_counters(0).sent + arm->joint_counters(2).sent);
+}
+
+TEST_F(Arms, RefusesAJointThatTwoDrivesAnswerFor) {
+  enable_all();
+  // One link that doubles a frame now and then does not count as a second drive.
+  for (int i = 0; i < 400; ++i) {
+    wires[0].double_id = i % 5 == 0 ? 0x11U : 0U;
+    ASSERT_EQ(cycle().joint[0].condition, DriveCondition::kEnabled) << i;
+  }
+  wires[0].double_id = 0x11;
+  int cycles = 0;
+  while (cycle().joint[0].condition != DriveCondition::kRefused && cycles < 100) ++cycles;
+  EXPECT_LT(cycles, 50);
+  ASSERT_NE(arm->complaint(0).quantity, nullptr);
+  EXPECT_STREQ(arm->complaint(0).quantity, "answers to one command");
+  EXPECT_EQ(cycle().joint[2].condition, DriveCondition::kEnabled) << "its neighbour is not blamed";
+  wires[0].double_id = 0;
+  EXPECT_EQ(cycle().joint[0].condition, DriveCondition::kRefused) << "not before restart()";
+  arm->restart();
+  all(DriveMode::kMonitor);
+  for (int i = 0; i < 100; ++i) cycle();
+  EXPECT_EQ(arm->complaint(0).quantity, nullptr);
+  enable_all();
 }
 
 TEST_F(Arms, TurnsJointsIntoDrivesAndBack) {

@@ -1,4 +1,5 @@
 """The real daemon against the simulated arm, two processes on a bus (--bus vcan or unix)."""
+import json
 import pathlib
 import sys
 
@@ -36,6 +37,17 @@ def robot_file():
     return lambda name: ROOT / "config" / "robots" / name / "robot.toml"
 
 
+def check_sealed(pair_):
+    """Whatever a test did: the loop ran sealed and asked for nothing it may not have."""
+    summary = pair_.folder / "daemon.json"
+    if getattr(pair_, "may_be_refused", False) or not summary.exists():
+        return
+    said = json.loads(summary.read_text(encoding="utf-8") or "{}")
+    if said.get("final_state", "refused") != "refused":
+        assert said["sealed"] or "sanitizer" in said["sealed_reason"], said["sealed_reason"]
+        assert said["refused_calls"] == 0, pair_.logs()
+
+
 @pytest.fixture
 def pair(request, binaries, bus, tmp_path, robot_file):
     """pair("planar2r") -> simulated arm and daemon to be started; ended with the test."""
@@ -49,3 +61,5 @@ def pair(request, binaries, bus, tmp_path, robot_file):
     yield make
     for one in opened:
         one.close()
+    for one in opened:
+        check_sealed(one)

@@ -158,7 +158,7 @@ TEST_F(ControlSocketTest, DropsAClientThatDoesNotReadAndDelaysNobody) {
     EXPECT_TRUE(good.request({{"cmd", "status"}}).at("ok").get<bool>());
   }
   EXPECT_LT(std::chrono::steady_clock::now() - begin, milliseconds(1500));
-  EXPECT_TRUE(wait_for_clients(1)) << "the stuck client is gone after kStuckAfter";
+  EXPECT_TRUE(wait_for_clients(1)) << "the stuck client is gone after ControlPatience::unread";
 }
 
 TEST_F(ControlSocketTest, ServesAtMostEightClients) {

@@ -17,7 +17,14 @@ class EventTextTest : public testing::Test {
  protected:
   EventText of(control::Fault fault, int joint, int bus, double found, double limit) {
     event_.tick_ns = kStartNs + 1'234'000'000;
-    event_.fault = {event_.tick_ns, fault, joint, bus, found, limit};
+    event_.fault = {.time_ns = event_.tick_ns,
+                    .fault = fault,
+                    .action = control::policy(fault).action,
+                    .joint = joint,
+                    .bus = bus,
+                    .found = found,
+                    .limit = limit,
+                    .suspicion = {}};
     return describe(event_, words_, kStartNs);
   }
   static void expect_contains(const std::string& text, std::initializer_list<const char*> parts) {

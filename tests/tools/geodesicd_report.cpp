@@ -29,14 +29,20 @@ class ReportTest : public testing::Test {
     counters_.bus[0].frames.sent = 20;
     Event event;
     event.tick_ns = 2'000'000'000;
-    event.fault = {event.tick_ns, control::Fault::kJointSilent, 1, -1, 5, 5};
+    event.fault = {.time_ns = event.tick_ns,
+                   .fault = control::Fault::kJointSilent,
+                   .action = control::Action::kControlledStop,
+                   .joint = 1,
+                   .found = 5,
+                   .limit = 5,
+                   .suspicion = {}};
     faults_.add(event, describe(event, words_, counters_.first_tick_ns));
     event.kind = Event::Kind::kState;
     faults_.add(event, describe(event, words_, counters_.first_tick_ns));
   }
 
   RunView view() const {
-    return {words_, loop_, phases_, last_, counters_, faults_, "tried in vain", 7, 0, false};
+    return {words_, loop_, phases_, last_, counters_, faults_, "tried in vain", 7, 0, false, ""};
   }
 
   config::Robot robot_ = small_robot();
@@ -114,7 +120,11 @@ TEST_F(ReportTest, StatusIsOneLineOfPlainFigures) {
 
 TEST_F(ReportTest, AFloodOfFaultsIsBounded) {
   Event event;
-  event.fault = {0, control::Fault::kOverrun, control::kNoJoint, -1, 10, 10};
+  event.fault = {.fault = control::Fault::kOverrun,
+                 .action = control::Action::kControlledStop,
+                 .found = 10,
+                 .limit = 10,
+                 .suspicion = {}};
   for (int i = 0; i < 10'000; ++i) {
     faults_.add(event, describe(event, words_, 0));
   }
@@ -148,12 +158,13 @@ TEST(OutputFile, TellsWhatStandsInTheWay) {
 TEST(Trace, WritesAHeaderAndEveryNthCycle) {
   const TemporaryFolder folder;
   {
-    Trace trace(folder / "run.csv", {"swing", "slide"}, 10);
+    Trace trace(folder / "run.csv", {"swing", "slide"}, 2, 10);
     Record record;
     for (std::int64_t i = 5; i < 30; ++i) {  // begins and ends anywhere
       record.index = i;
       record.tick_ns = 1'000'000'000 + i * 1'000'000;
       record.joint[1].position = 0.125;
+      record.sent[1] = 2;
       EXPECT_FALSE(trace.write(record));
     }
   }
@@ -165,15 +176,16 @@ TEST(Trace, WritesAHeaderAndEveryNthCycle) {
   ASSERT_EQ(lines.size(), 4U);
   EXPECT_EQ(lines[0],
             "time_s,state,law,authority,overran,q_swing,v_swing,torque_swing,command_swing,"
-            "model_swing,q_slide,v_slide,torque_slide,command_slide,model_slide");
-  EXPECT_EQ(lines[1], "0.000000,off,float,0.0000,0,0,0,0,0,0,0.125,0,0,0,0");
+            "model_swing,external_swing,q_slide,v_slide,torque_slide,command_slide,model_slide,"
+            "external_slide,sent_0,sent_1");
+  EXPECT_EQ(lines[1], "0.000000,off,float,0.0000,0,0,0,0,0,0,0,0.125,0,0,0,0,0,0,2");
   EXPECT_EQ(lines[2].substr(0, 8), "0.005000");
   EXPECT_EQ(lines[3].substr(0, 8), "0.015000");
 }
 
 TEST(Trace, TellsThatItCannotBeWritten) {
   try {
-    const Trace trace("/dev/full", {"swing"}, 1);
+    const Trace trace("/dev/full", {"swing"}, 1, 1);
     FAIL() << "the header cannot be written there";
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("/dev/full"), std::string::npos);

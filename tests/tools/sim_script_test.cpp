@@ -41,8 +41,23 @@ TEST(SimScript, Faults) {
   EXPECT_DOUBLE_EQ(error.at_s, 0.5);
   EXPECT_TRUE(parse_fault("joint1:silent@start", robot()).from_start);
   EXPECT_EQ(parse_fault("joint2:power-cycle@0", robot()).kind, FaultKind::kPowerCycle);
-  EXPECT_DOUBLE_EQ(parse_fault("joint2:over-temperature=90@1", robot()).value, 90.0);
-  EXPECT_DOUBLE_EQ(parse_fault("joint2:jump=-0.5@1", robot()).value, -0.5);
+  EXPECT_DOUBLE_EQ(parse_fault("joint2:temperature=90@1", robot()).value, 90.0);
+  EXPECT_DOUBLE_EQ(parse_fault("joint2:encoder-jump=-0.5@1", robot()).value, -0.5);
+  EXPECT_EQ(parse_fault("joint2:encoder-jump@1", robot()).kind, FaultKind::kEncoderJump);
+  EXPECT_EQ(parse_fault("joint2:encoder-stuck@1", robot()).kind, FaultKind::kEncoderStuck);
+  EXPECT_DOUBLE_EQ(parse_fault("joint2:silent=0.003@1", robot()).value, 0.003);
+  EXPECT_DOUBLE_EQ(parse_fault("joint2:double=0.1@1", robot()).value, 0.1);
+  EXPECT_EQ(parse_fault("joint2:babble@1", robot()).kind, FaultKind::kBabble);
+  EXPECT_DOUBLE_EQ(parse_fault("joint2:hold-bus=1@1", robot()).value, 1.0);
+}
+
+TEST(SimScript, FaultsAreNamedAsTheyAreSpelled) {
+  for (const char* text : {"silent", "error=1", "power-cycle", "temperature=50", "encoder-jump",
+                           "encoder-stuck", "double", "babble", "hold-bus=1"}) {
+    const std::string spelled = text;
+    const ScriptedFault fault = parse_fault("joint1:" + spelled + "@1", robot());
+    EXPECT_EQ(to_string(fault.kind), spelled.substr(0, spelled.find('=')));
+  }
 }
 
 TEST(SimScript, RefusesWithTheReason) {
@@ -56,8 +71,11 @@ TEST(SimScript, RefusesWithTheReason) {
       EXPECT_NE(std::string(refusal.what()).find("expected"), std::string::npos) << refusal.what();
     }
   }
-  for (const char* text : {"joint1:broken@1", "joint1:error@1", "joint1:error=256@1",
-                           "joint1:silent=1@1", "joint1:silent@", "joint1:silent@-1"}) {
+  for (const char* text :
+       {"joint1:broken@1", "joint1:error@1", "joint1:error=256@1", "joint1:silent=0@1",
+        "joint1:silent@", "joint1:silent@-1", "joint1:temperature@1", "joint1:hold-bus@1",
+        "joint1:hold-bus=-1@1", "joint1:encoder-stuck=1@1", "joint1:power-cycle=2@1",
+        "joint1:encoder-jump=far@1", "joint1:babble=x@1"}) {
     EXPECT_THROW(parse_fault(text, robot()), std::invalid_argument) << text;
   }
   try {

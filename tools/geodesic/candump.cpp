@@ -3,6 +3,7 @@
 
 #include <linux/can.h>
 
+#include <algorithm>
 #include <charconv>
 #include <vector>
 
@@ -106,9 +107,9 @@ bool spaced(const std::vector<std::string_view>& words, std::size_t first, Candu
   result.frame.fd = length.size() == 4;
   result.frame.bit_rate_switch = result.frame.fd;  // plain candump does not tell without -x
   std::size_t count = 0;
-  const auto [end, error] =
-      std::from_chars(length.data() + 1, length.data() + length.size(), count);
-  if (error != std::errc() || *end != ']') {
+  const char* const last = length.data() + length.size() - 1;  // "[" alone is its own last letter
+  const auto [end, error] = std::from_chars(std::min(length.data() + 1, last), last, count);
+  if (error != std::errc() || end != last || *last != ']' || count > result.frame.data.size()) {
     why = "'" + std::string(length) + "' is no length";
     return false;
   }

@@ -3,12 +3,14 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "config/budget.hpp"
+#include "config/setup.hpp"
 #include "tools/geodesic/command.hpp"
 #include "tools/geodesic/workload.hpp"
 
@@ -107,9 +109,55 @@ void print_model(const config::Robot& robot, const control::Mechanism& mechanism
   fmt::print("(torques in N·m, forces in N; gravity: the largest found over all poses)\n");
 }
 
+/// What each payload asks of the joints.
+std::vector<Workload> payload_workloads(const config::Robot& robot, int tool) {
+  std::vector<Workload> workloads;
+  for (std::size_t i = 0; i < robot.payloads.size(); ++i) {
+    workloads.push_back(find_workload(robot, config::make_mechanism(robot, i), tool));
+  }
+  return workloads;
+}
+
+bool is_enough(const Workload& workload) {
+  return std::all_of(workload.joints.begin(), workload.joints.end(),
+                     [](const auto& joint) { return joint.gravity_max <= joint.available; });
+}
+
+ordered_json payloads_json(const config::Robot& robot, const std::vector<Workload>& workloads) {
+  ordered_json list = ordered_json::array();
+  for (std::size_t i = 0; i < workloads.size(); ++i) {
+    ordered_json worst = ordered_json::array();
+    for (const JointWorkload& joint : workloads[i].joints) worst.push_back(joint.gravity_max);
+    list.push_back({{"name", robot.payloads[i].name},
+                    {"link", robot.payloads[i].link},
+                    {"mass_kg", robot.payloads[i].inertia.mass_kg},
+                    {"gravity_max", std::move(worst)},
+                    {"enough", is_enough(workloads[i])}});
+  }
+  return list;
+}
+
+void print_payloads(const config::Robot& robot, const std::vector<Workload>& workloads) {
+  for (std::size_t i = 0; i < workloads.size(); ++i) {
+    const auto used = [](const JointWorkload& joint) {
+      return joint.gravity_max / joint.available;
+    };
+    const std::vector<JointWorkload>& joints = workloads[i].joints;
+    const auto worst =
+        std::max_element(joints.begin(), joints.end(),
+                         [&](const auto& a, const auto& b) { return used(a) < used(b); });
+    if (worst == joints.end()) continue;
+    fmt::print("payload {} ({:g} kg at {}): most asked of {}, {:.3f} of {:.3f}, {:.0f}%{}\n",
+               robot.payloads[i].name, robot.payloads[i].inertia.mass_kg, robot.payloads[i].link,
+               robot.arm.joints[static_cast<std::size_t>(worst - joints.begin())].name,
+               worst->gravity_max, worst->available, 100.0 * used(*worst),
+               is_enough(workloads[i]) ? "" : "  NOT ENOUGH");
+  }
+}
+
 int run_check(const CheckArguments& arguments) {
-  config::LoadResult result =
-      config::load_robot(arguments.robot.file, {arguments.robot.strict, arguments.robot.buses});
+  config::LoadResult result = config::load_robot(
+      arguments.robot.file, {arguments.robot.strict, arguments.robot.buses, {}, {}});
   for (const config::Message& message : result.messages) {
     fmt::print(stderr, "{}\n", config::to_string(message));
   }
@@ -127,14 +175,13 @@ int run_check(const CheckArguments& arguments) {
   const Workload workload = find_workload(robot, mechanism, tool);
   const config::BudgetReport budget = config::bus_budget(robot);
 
-  bool enough = true;
-  for (const JointWorkload& joint : workload.joints) {
-    enough = enough && joint.gravity_max <= joint.available;
-  }
+  const std::vector<Workload> carried = payload_workloads(robot, tool);
+  const bool enough = is_enough(workload) && (!robot.payload || is_enough(carried[*robot.payload]));
   const bool ok = enough || !arguments.robot.strict;
   if (arguments.json) {
     ordered_json answer{{"ok", ok}, {"messages", to_json(result.messages)}};
     answer.update(report_json(robot, mechanism, budget, workload));
+    answer["payloads"] = payloads_json(robot, carried);
     fmt::print("{}\n", answer.dump(2));
   } else {
     fmt::print("{}: robot {}, {} joints on {} bus{}, {:g} Hz, {} warning{}\n", arguments.robot.file,
@@ -143,6 +190,7 @@ int run_check(const CheckArguments& arguments) {
                result.messages.size(), result.messages.size() == 1 ? "" : "s");
     print_buses(robot, budget);
     print_model(robot, mechanism, workload);
+    print_payloads(robot, carried);
   }
   if (!enough) {
     fmt::print(stderr,

@@ -23,7 +23,7 @@ void add_robot(CLI::App& command, RobotArguments& arguments) {
 
 config::Robot load(const RobotArguments& arguments) {
   config::LoadResult result =
-      config::load_robot(arguments.file, {arguments.strict, arguments.buses});
+      config::load_robot(arguments.file, {arguments.strict, arguments.buses, {}, {}});
   for (const config::Message& message : result.messages) {
     fmt::print(stderr, "{}\n", config::to_string(message));
   }

@@ -40,6 +40,8 @@ void add_decode(CLI::App& app, Run& run);
 void add_status(CLI::App& app, Run& run);
 void add_law(CLI::App& app, Run& run);
 void add_stop(CLI::App& app, Run& run);
+void add_faults(CLI::App& app, Run& run);
+void add_tune(CLI::App& app, Run& run);
 
 /// The robot a command works on.
 struct RobotArguments {

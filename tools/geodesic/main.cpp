@@ -22,6 +22,7 @@ constexpr const char* kExamples =
     "  geodesic sim robot.toml --bus vcan0       a simulated arm that answers on vcan0\n"
     "  geodesic status                           what the running daemon does\n"
     "  geodesic law hold                         hold the pose\n"
+    "  geodesic tune robot.toml payload=box      change a running robot without a jolt\n"
     "  geodesic COMMAND --help                   all about a command";
 
 // CLI11 answers a mistyped command with "a subcommand is required"; this names it.
@@ -55,6 +56,8 @@ int call(int argc, const char* const* argv) {
   add_status(app, run);
   add_law(app, run);
   add_stop(app, run);
+  add_faults(app, run);
+  add_tune(app, run);
   if (argc > 1 && is_no_command(app, argv[1])) {
     return kExitUsage;
   }

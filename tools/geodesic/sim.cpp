@@ -7,6 +7,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "config/findings.hpp"
+#include "config/payloads.hpp"
 #include "tools/geodesic/command.hpp"
 #include "tools/geodesicd/options.hpp"
 #include "tools/geodesicd/output_file.hpp"
@@ -23,7 +25,10 @@ struct SimArguments {
   std::vector<std::string> pushes;
   std::vector<std::string> forces;
   std::vector<std::string> faults;
+  std::string payload;
   std::string wire = "real";
+  int priority = SimulationSettings{}.priority;
+  double timestep_s = Physics::kDefaultTimestep;
   std::string trace;
   std::string summary;
   double trace_hz = 100.0;
@@ -38,16 +43,19 @@ constexpr const char* kExamples =
     "  geodesic sim robot.toml --bus vcan0\n"
     "  geodesic sim robot.toml --bus unix:/tmp/arm --pose=0,0.5,-1 --push joint2:3@1+0.2\n"
     "  geodesic sim robot.toml --bus unix:/tmp/arm --lockstep --trace motion.csv --summary s.json\n"
-    "  geodesic sim robot.toml --bus vcan0 --fault joint2:error=0xB@3";
+    "  geodesic sim robot.toml --bus vcan0 --fault joint2:error=0xB@3 --fault "
+    "joint1:encoder-jump=0.3@4";
 
 SimulationSettings settings_of(const SimArguments& arguments, const config::Robot& robot) {
   SimulationSettings settings;
   settings.lockstep = arguments.lockstep;
   settings.wire = arguments.wire == "real";
+  settings.priority = arguments.priority;
   settings.seconds = arguments.seconds;
   settings.trace = arguments.trace;
   settings.trace_hz = arguments.trace_hz;
   settings.plant.release_s = arguments.release_s;
+  settings.plant.timestep_s = arguments.timestep_s;
   Script& script = settings.plant.script;
   for (const std::string& text : arguments.pushes) script.pushes.push_back(parse_push(text, robot));
   for (const std::string& text : arguments.forces) {
@@ -57,6 +65,26 @@ SimulationSettings settings_of(const SimArguments& arguments, const config::Robo
     script.faults.push_back(parse_fault(text, robot));
   }
   return settings;
+}
+
+/// What the simulated arm carries: --payload, else what the file says.
+void choose_payload(const std::string& name, config::Robot& robot) {
+  if (!name.empty()) {
+    std::vector<std::string> known{"none"};
+    robot.simulation.payload.reset();
+    for (std::size_t i = 0; i < robot.payloads.size(); ++i) {
+      known.push_back(robot.payloads[i].name);
+      if (known.back() == name) robot.simulation.payload = i;
+    }
+    if (name != "none" && !robot.simulation.payload) {
+      throw BadInput(fmt::format("--payload: there is no [[payload]] {}{}; payloads: {}",
+                                 config::quote(name), config::did_you_mean(name, known),
+                                 config::list_names(known)));
+    }
+  }
+  if (robot.simulation.payload) {
+    robot.tree = config::with_payload(robot.tree, robot.payloads[*robot.simulation.payload]);
+  }
 }
 
 void apply(const SimArguments& arguments, config::Robot& robot) {
@@ -69,6 +97,7 @@ void apply(const SimArguments& arguments, config::Robot& robot) {
                                  robot.simulation.pose.size(), robot.arm.joints.size(), names));
     }
   }
+  choose_payload(arguments.payload, robot);
   if (!std::isnan(arguments.floor_z)) {
     robot.simulation.floor = true;
     robot.simulation.floor_z_m = arguments.floor_z;
@@ -139,8 +168,10 @@ void add_sim(CLI::App& app, Run& run) {
   repeatable("--wrench", a.forces,
              "LINK:FX,FY,FZ@T+D: force [N, world axes] at a link's origin from T for D seconds");
   repeatable("--fault", a.faults,
-             "JOINT:KIND@T or JOINT:KIND@start+T: silent, error=CODE, power-cycle, "
-             "over-temperature[=C], jump[=RAD]");
+             "JOINT:KIND@T (after the release) or JOINT:KIND@start+T: silent[=SECONDS], "
+             "error=CODE, power-cycle, temperature=C, encoder-jump[=RAD], encoder-stuck, "
+             "double[=RAD] (a second drive with its ids), and on the joint's whole bus "
+             "babble[=SECONDS] (a flood), hold-bus=SECONDS (socket bus, real time)");
   command
       ->add_option("--release", a.release_s,
                    "a stand carries the arm until all drives have been enabled so long [s] "
@@ -156,6 +187,17 @@ void add_sim(CLI::App& app, Run& run) {
       ->add_option("--wire", a.wire,
                    "real: replies take the time of bits and drives (default); none: at once")
       ->check(CLI::IsMember({"real", "none"}));
+  command
+      ->add_option("--priority", a.priority,
+                   "SCHED_FIFO priority of the answers, where it is allowed (default 10)")
+      ->check(CLI::Range(1, 98));
+  command
+      ->add_option("--timestep", a.timestep_s,
+                   "longest step of the mechanics [s] (default 0.00025)")
+      ->check(CLI::Range(1e-5, 1e-2));
+  command->add_option("--payload", a.payload,
+                      "the [[payload]] that the arm really carries, or none (default: [simulation] "
+                      "payload)");
   command->add_option("--floor", a.floor_z, "a floor to touch at this height [m]");
   command->add_option(
       "--trace", a.trace,

@@ -35,6 +35,19 @@ Eigen::VectorXd member(const json& state, const char* key, const std::string& wh
   return vector_of(*found, fmt::format("{}.{}", where, key));
 }
 
+/// A name, or an object with "name" and "nv". References list the floating base among the joints:
+/// it has another nv and is not one of ours.
+std::optional<std::string> joint_name(const json& joint, const std::string& where) {
+  if (joint.is_string()) return joint.get<std::string>();
+  if (!joint.is_object()) throw BadInput(where + ": expected a name, or an object with a name");
+  const auto nv = joint.find("nv");
+  if (nv != joint.end() && !nv->is_number()) throw BadInput(where + ".nv: expected a number");
+  if (nv != joint.end() && *nv != 1) return std::nullopt;
+  const auto name = joint.find("name");
+  if (name == joint.end() || !name->is_string()) throw BadInput(where + ".name: expected text");
+  return name->get<std::string>();
+}
+
 void fit(Eigen::VectorXd& vector, int size, const char* what, bool may_be_missing,
          const std::string& where) {
   if (vector.size() == 0 && may_be_missing) vector = Eigen::VectorXd::Zero(size);
@@ -53,7 +66,7 @@ StatesFile read_states(const std::string& file) {
   json root;
   try {
     root = json::parse(stream);
-  } catch (const json::parse_error& error) {
+  } catch (const json::exception& error) {  // not only parse errors: 1e999 is out of range
     throw BadInput(file + ": no JSON: " + error.what());
   }
   if (!root.is_object() || !root.contains("states") || !root["states"].is_array()) {
@@ -76,11 +89,9 @@ StatesFile read_states(const std::string& file) {
     result.floating = root["floating_base"].get<bool>();
   }
   if (root.contains("joints") && root["joints"].is_array()) {
-    for (const json& joint : root["joints"]) {
-      if (joint.is_string()) result.joints.push_back(joint.get<std::string>());
-      // References list the floating base among the joints; it is not one of ours.
-      if (joint.is_object() && joint.value("nv", 1) == 1) {
-        result.joints.push_back(joint.value("name", std::string()));
+    for (std::size_t i = 0; i < root["joints"].size(); ++i) {
+      if (auto name = joint_name(root["joints"][i], fmt::format("{}: joints[{}]", file, i))) {
+        result.joints.push_back(std::move(*name));
       }
     }
   }

@@ -51,10 +51,23 @@ std::string latencies(const json& status) {
   return result;
 }
 
+/// What watches the joint has to say, if it has.
+std::string watch(const json& joint) {
+  std::string result;
+  if (joint.value("contact", false)) result += ", in contact";
+  if (joint.value("gain", 1.0) < 1.0) {
+    result += ", gains at " + number(joint, "gain", "{:.2f}") + " for a vibration";
+  }
+  const std::string check = text(joint, "static_check");
+  if (check == "pending") result += ", static check pending: not yet seen to carry itself";
+  if (check == "failed") result += ", static check failed";
+  return result;
+}
+
 std::string joints(const json& status) {
   std::string result =
-      fmt::format("{:<26}{:>11}{:>11}{:>11}{:>11}{:>11}{:>7}{:>7}  {}\n", "joint", "angle",
-                  "velocity", "torque", "command", "model", "C", "lost", "drive");
+      fmt::format("{:<26}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}{:>7}{:>7}  {}\n", "joint", "angle",
+                  "velocity", "torque", "command", "model", "external", "C", "lost", "drive");
   const auto found = status.find("joints");
   if (found == status.end()) return result;
   for (const json& joint : *found) {
@@ -62,11 +75,39 @@ std::string joints(const json& status) {
     if (joint.contains("drive_error")) drive += ": " + text(joint, "drive_error");
     if (joint.contains("complaint")) drive += ": " + text(joint, "complaint");
     result +=
-        fmt::format("{:<26}{:>11}{:>11}{:>11}{:>11}{:>11}{:>7}{:>7}  {}\n", text(joint, "name"),
-                    number(joint, "position", "{:+.4f}"), number(joint, "velocity", "{:+.4f}"),
-                    number(joint, "torque", "{:+.3f}"), number(joint, "command", "{:+.3f}"),
-                    number(joint, "model", "{:+.3f}"), number(joint, "temperature", "{:.0f}"),
-                    number(joint, "lost", "{:.0f}"), drive);
+        fmt::format("{:<26}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}{:>7}{:>7}  {}\n",
+                    text(joint, "name"), number(joint, "position", "{:+.4f}"),
+                    number(joint, "velocity", "{:+.4f}"), number(joint, "torque", "{:+.3f}"),
+                    number(joint, "command", "{:+.3f}"), number(joint, "model", "{:+.3f}"),
+                    number(joint, "external", "{:+.3f}"), number(joint, "temperature", "{:.0f}"),
+                    number(joint, "lost", "{:.0f}"), drive + watch(joint));
+  }
+  return result;
+}
+
+/// Said only of robots with several arms.
+std::string arms(const json& status) {
+  std::string result;
+  const auto found = status.find("arms");
+  if (found == status.end() || !found->is_array() || found->size() < 2) return result;
+  for (const json& arm : *found) {
+    result += fmt::format("arm {}: {}, law {}, authority {}\n", text(arm, "name"),
+                          text(arm, "state"), text(arm, "law"), number(arm, "authority", "{:.2f}"));
+  }
+  return result;
+}
+
+/// Joints that owe replies now, or have missed several in a row.
+std::string missing(const json& status) {
+  std::string result;
+  const auto found = status.find("joints");
+  if (found == status.end()) return result;
+  for (const json& joint : *found) {
+    const auto counts = joint.find("missing");
+    if (counts == joint.end() || counts->value("longest", 0) < 2) continue;
+    result += fmt::format("{}: {} replies missing, longest run {}, now {}\n", text(joint, "name"),
+                          number(*counts, "total", "{:.0f}"), number(*counts, "longest", "{:.0f}"),
+                          number(*counts, "run", "{:.0f}"));
   }
   return result;
 }
@@ -102,8 +143,8 @@ std::string faults(const json& status) {
 }  // namespace
 
 std::string status_table(const nlohmann::json& status) {
-  return head(status) + "\n" + joints(status) + "\n" + latencies(status) + buses(status) +
-         faults(status);
+  return head(status) + arms(status) + "\n" + joints(status) + missing(status) + "\n" +
+         latencies(status) + buses(status) + faults(status);
 }
 
 }  // namespace geodesic::tools

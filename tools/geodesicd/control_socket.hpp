@@ -23,24 +23,33 @@ class ControlError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Answers up to kMaxClients at a time without ever waiting for one of them: what a client does not
-/// read is kept up to kMaxPending bytes, and a client that stays stuck is dropped.
+/// How long clients may take their time. The defaults are the daemon's.
+struct ControlPatience {
+  std::chrono::milliseconds unread{2000};      ///< answers that nobody reads are kept so long
+  std::chrono::milliseconds unfinished{5000};  ///< a request that has begun must end within
+  std::chrono::milliseconds silent{60000};     ///< clients that ask nothing are kept so long,
+  std::chrono::milliseconds crowded{5000};     ///< or so long if others want their place
+};
+
+/// Answers up to kMaxClients at a time without ever waiting for one of them. What a client may cost
+/// in one round is bounded: the bytes read, the requests answered, the bytes kept for it. One that
+/// stays stuck is dropped.
 class ControlServer {
  public:
   static constexpr std::size_t kMaxClients = 8;
   static constexpr std::size_t kMaxRequest = 4096;        ///< [bytes], newline included
   static constexpr std::size_t kMaxPending = 256 * 1024;  ///< [bytes] not read by a client
-  static constexpr std::chrono::seconds kStuckAfter{2};   ///< unread answers are kept so long
-  static constexpr std::chrono::seconds kIdleAfter{60};   ///< silent clients are kept so long
+  static constexpr std::size_t kMaxAnswers = 16;          ///< to one client in one round
 
   /// One request line without its newline -> one answer line without its newline. Must not throw.
   using Handler = std::function<std::string(std::string_view)>;
 
-  /// Makes the folder (0750) if need be and listens (0660). A socket that nobody serves any more is
+  /// Makes the folder (0750) if need be and listens (0660): for its owner, its group and root,
+  /// whose credentials are asked of the kernel as well. A socket that nobody serves any more is
   /// replaced.
   /// @throws ControlError if a daemon already serves this path (with its pid), the folder belongs
-  /// to somebody else, or the path is too long.
-  explicit ControlServer(const std::filesystem::path& path);
+  /// to somebody else or may be written by all, or the path is too long.
+  explicit ControlServer(const std::filesystem::path& path, const ControlPatience& patience = {});
   /// Closes all and removes the socket.
   ~ControlServer();
   ControlServer(const ControlServer&) = delete;

@@ -24,16 +24,27 @@ rt::Next Daemon::step(const rt::Tick& tick) noexcept {
 
   state_ = arm_.receive(tick.due_ns, tick.due_ns + receive_budget_ns_);
   state_.overran = tick.skipped > 0;
+  state_.forbidden_call = tick.refused_call;
   phases_.receive_done();
 
+  take_setup();
   take_requests();
   command_ = controller_.update(state_, period_ns_);
   const Course course = follow_course();
+  arm_.prepare(command_, tick.due_ns + period_ns_);
   phases_.compute_done(arm_.last_read_ns());
 
+  controller_.observe();
+  phases_.observe_done();
   telemetry_.push(tick.index, state_, command_, controller_.report());
   phases_.publish_done();
   return course == Course::kOver ? rt::Next::kStop : rt::Next::kContinue;
+}
+
+void Daemon::take_setup() noexcept {
+  if (const control::Setup* setup = setups_.follow(controller_)) {
+    lifetime_.retune(setup->options.safety);
+  }
 }
 
 void Daemon::take_requests() noexcept {
@@ -45,7 +56,7 @@ void Daemon::take_requests() noexcept {
 
 Course Daemon::follow_course() noexcept {
   if (controller_.report().restart_drives) {
-    arm_.restart();
+    arm_.restart(controller_.report().restart);
   }
   const auto joints = std::span(state_.joint).first(state_.joints);
   const bool any_enabled = std::any_of(joints.begin(), joints.end(), [](const auto& joint) {

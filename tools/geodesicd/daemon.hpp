@@ -10,6 +10,7 @@
 #include "rt/ring.hpp"
 #include "tools/geodesicd/lifetime.hpp"
 #include "tools/geodesicd/phases.hpp"
+#include "tools/geodesicd/setup_exchange.hpp"
 #include "tools/geodesicd/telemetry.hpp"
 
 namespace geodesic::tools {
@@ -32,12 +33,19 @@ class Daemon final : public rt::Cyclic {
   /// @return false if the last ones have not been taken yet.
   bool request(const control::Request& request) noexcept { return requests_.push(request); }
 
+  /// As Arm::tend(). Service thread only.
+  void tend() noexcept { arm_.tend(); }
+
+  /// The way by which new setups come in. Service thread only, but for what it says itself.
+  SetupExchange& setups() noexcept { return setups_; }
+
   Lifetime& lifetime() noexcept { return lifetime_; }
   Telemetry& telemetry() noexcept { return telemetry_; }
   const Phases& phases() const noexcept { return phases_; }
 
  private:
   void take_requests() noexcept;
+  void take_setup() noexcept;
   Course follow_course() noexcept;
 
   drivers::Arm& arm_;
@@ -50,6 +58,7 @@ class Daemon final : public rt::Cyclic {
   Phases phases_;
   Telemetry telemetry_;
   rt::Ring<control::Request, 16> requests_;
+  SetupExchange setups_;
 };
 
 }  // namespace geodesic::tools

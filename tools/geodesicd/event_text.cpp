@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "control/arms.hpp"
 #include "drivers/families.hpp"
+#include "rt/seal.hpp"
 
 namespace geodesic::tools {
 
@@ -21,7 +24,8 @@ enum class Quantity : std::uint8_t {
   kVelocity,
   kTorque,
   kTemperature,
-  kSeconds
+  kSeconds,
+  kCall,  ///< the number of a system call; it has no limit
 };
 
 Quantity quantity(Fault fault) {
@@ -32,18 +36,25 @@ Quantity quantity(Fault fault) {
     case Fault::kPositionLimit:
     case Fault::kStartOutsideLimits:
     case Fault::kEncoderJump:
+    case Fault::kEncoderStuck:
       return Quantity::kPosition;
     case Fault::kVelocityLimit:
     case Fault::kNotAtRest:
     case Fault::kEnableTimeout:
+    case Fault::kVibration:
+    case Fault::kVibrationPersists:
       return Quantity::kVelocity;
     case Fault::kTorqueSaturated:
+    case Fault::kContact:
+    case Fault::kStaticTorque:
       return Quantity::kTorque;
     case Fault::kTemperatureWarn:
     case Fault::kTemperatureLimit:
       return Quantity::kTemperature;
     case Fault::kConnectTimeout:
       return Quantity::kSeconds;
+    case Fault::kForbiddenCall:
+      return Quantity::kCall;
     default:
       return Quantity::kNone;
   }
@@ -63,6 +74,7 @@ const char* unit(Quantity what, int joint, const Vocabulary& words) {
       return "°C";
     case Quantity::kSeconds:
       return "s";
+    case Quantity::kCall:
     case Quantity::kNone:
       break;
   }
@@ -74,6 +86,7 @@ Severity severity(control::Action action) {
     case control::Action::kNone:
       return Severity::kInfo;
     case control::Action::kWarn:
+    case control::Action::kDamp:
       return Severity::kWarning;
     default:
       return Severity::kError;
@@ -87,6 +100,8 @@ const char* consequence(control::Action action) {
       return "carrying on";
     case control::Action::kRefuse:
       return "start refused";
+    case control::Action::kDamp:
+      return "damping until it has gone";
     case control::Action::kControlledStop:
       return "controlled stop";
     case control::Action::kDriveDamping:
@@ -113,24 +128,62 @@ std::string age_text(std::int64_t age_ns) {
   return fmt::format("last good frame {:.1f} ms ago", static_cast<double>(age_ns) * 1e-6);
 }
 
+/// What a difference of torque at arm-up looks like, and what to do about it.
+std::string suspicion_text(const control::Suspicion& suspicion) {
+  switch (suspicion.what) {
+    case control::Suspect::kWrongSign:
+      return "the joint's torque acts the wrong way round: check direction, and the motor's phases";
+    case control::Suspect::kWrongMass:
+      return fmt::format("looks like masses {:.0f} % {} than the model's: check the URDF",
+                         100.0 * std::abs(suspicion.size),
+                         suspicion.size > 0.0 ? "larger" : "smaller");
+    case control::Suspect::kPayload:
+      return fmt::format("looks like {} of {:.2f} kg at the tool: choose the payload it carries",
+                         suspicion.size > 0.0 ? "an uncounted payload" : "a missing load",
+                         std::abs(suspicion.size));
+    case control::Suspect::kNone:
+      break;
+  }
+  return "neither a payload nor wrong masses explain it: look for what holds the joint, and at its "
+         "offset";
+}
+
 EventText describe_fault(const Event& event, const Vocabulary& words, double moment_s) {
   const control::FaultEvent& fault = event.fault;
   const control::FaultPolicy& policy = control::policy(fault.fault);
+  const control::Action action =
+      fault.action != control::Action::kNone ? fault.action : policy.action;
   const Quantity what = quantity(fault.fault);
   const char* of = unit(what, fault.joint, words);
   const std::string place = where(fault, words);
 
   EventText result;
-  result.severity = severity(policy.action);
+  result.severity = severity(action);
   result.text =
       fmt::format("{}{}{}: {}", policy.name, place.empty() ? "" : " at ", place, policy.meaning);
   result.fields = {{"event", "fault"},
                    {"at_s", moment_s},
                    {"fault", policy.name},
-                   {"class", control::to_string(policy.action)}};
-  if (what != Quantity::kNone) {
+                   {"class", control::to_string(action)}};
+  if (words.robot->controller.arms.size() > 1) {
+    result.fields["arm"] = words.arm(static_cast<std::size_t>(fault.arm));
+    // A joint's name tells its arm.
+    result.text += fault.joint >= 0
+                       ? ""
+                       : fmt::format("; arm {}", words.arm(static_cast<std::size_t>(fault.arm)));
+  }
+  if (what == Quantity::kCall) {
+    const std::string call = rt::system_call_name(static_cast<int>(fault.found));
+    result.text += fmt::format("; {} was not made", call);
+    result.fields["system_call"] = call;
+  } else if (what != Quantity::kNone) {
     result.text += fmt::format("; found {:.4g}, limit {:.4g} {}", fault.found, fault.limit, of);
     result.fields.update({{"found", fault.found}, {"limit", fault.limit}, {"unit", of}});
+  }
+  if (fault.fault == Fault::kStaticTorque) {
+    const std::string suspicion = suspicion_text(fault.suspicion);
+    result.text += "; " + suspicion;
+    result.fields["suspicion"] = suspicion;
   }
   if (fault.bus >= 0) {
     result.fields["bus"] = words.robot->arm.buses.at(static_cast<std::size_t>(fault.bus)).interface;
@@ -154,22 +207,28 @@ EventText describe_fault(const Event& event, const Vocabulary& words, double mom
       result.fields["last_frame_age_ms"] = static_cast<double>(event.frame_age_ns) * 1e-6;
     }
   }
-  result.text += fmt::format("; {} [t = {:.3f} s]", consequence(policy.action), moment_s);
+  result.text += fmt::format("; {} [t = {:.3f} s]", consequence(action), moment_s);
   return result;
 }
 
-EventText describe_state(const Event& event, double moment_s) {
+EventText describe_state(const Event& event, const Vocabulary& words, double moment_s) {
   const bool active = event.to == control::SupervisorState::kActive;
   EventText result;
   result.severity =
       event.to == control::SupervisorState::kFault ? Severity::kError : Severity::kInfo;
-  result.text = fmt::format(
-      "{} -> {}{} [t = {:.3f} s]", control::to_string(event.from), control::to_string(event.to),
-      active ? fmt::format("({})", control::to_string(event.law)) : "", moment_s);
-  result.fields = {{"event", "state"},
+  const bool of_arm = event.kind == Event::Kind::kArmState;
+  const std::string arm = of_arm ? words.arm(static_cast<std::size_t>(event.arm)) : std::string();
+  result.text =
+      fmt::format("{}{} -> {}{} [t = {:.3f} s]", of_arm ? "arm " + arm + ": " : arm,
+                  control::to_string(event.from), control::to_string(event.to),
+                  active ? fmt::format("({})", control::to_string(event.law)) : "", moment_s);
+  result.fields = {{"event", of_arm ? "arm_state" : "state"},
                    {"at_s", moment_s},
                    {"from", control::to_string(event.from)},
                    {"to", control::to_string(event.to)}};
+  if (of_arm) {
+    result.fields["arm"] = arm;
+  }
   if (active) {
     result.fields["law"] = control::to_string(event.law);
   }
@@ -197,6 +256,10 @@ Vocabulary::Vocabulary(const config::Robot& of) : robot(&of) {
 
 const std::string& Vocabulary::joint(std::size_t index) const {
   return robot->arm.joints.at(index).name;
+}
+
+std::string Vocabulary::arm(std::size_t index) const {
+  return control::arm_name(robot->controller, index);
 }
 
 std::string Vocabulary::bus(std::size_t index) const {
@@ -229,7 +292,8 @@ EventText describe(const Event& event, const Vocabulary& words, std::int64_t sta
     case Event::Kind::kFault:
       return describe_fault(event, words, moment_s);
     case Event::Kind::kState:
-      return describe_state(event, moment_s);
+    case Event::Kind::kArmState:
+      return describe_state(event, words, moment_s);
     case Event::Kind::kRefusal:
       break;
   }

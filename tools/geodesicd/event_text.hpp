@@ -20,6 +20,7 @@ struct Vocabulary {
 
   const std::string& joint(std::size_t index) const;
   /// Name and interface: "arm (can0)".
+  std::string arm(std::size_t index) const;
   std::string bus(std::size_t index) const;
   const char* position_unit(int joint) const;  ///< "rad" or "m"; kNoJoint: "rad"
   const char* velocity_unit(int joint) const;

@@ -19,10 +19,14 @@ bool on_the_way(SupervisorState state) noexcept {
 
 }  // namespace
 
-Lifetime::Lifetime(const LifetimeOptions& options) noexcept
-    : options_(options),
-      stop_bound_ns_(static_cast<std::int64_t>(
-          1e9 * (options.safety.stop_timeout_s + options.safety.lower_s + kMarginS))) {}
+Lifetime::Lifetime(const LifetimeOptions& options) noexcept : options_(options) {
+  retune(options.safety);
+}
+
+void Lifetime::retune(const control::SafetyOptions& safety) noexcept {
+  stop_bound_ns_ = static_cast<std::int64_t>(
+      1e9 * (safety.stop_timeout_s + safety.lower_s + safety.settle_timeout_s + kMarginS));
+}
 
 Course Lifetime::update(SupervisorState state, bool any_drive_enabled,
                         std::int64_t tick_ns) noexcept {

@@ -42,6 +42,9 @@ class Lifetime {
   Course update(control::SupervisorState state, bool any_drive_enabled,
                 std::int64_t tick_ns) noexcept;
 
+  /// A stop's times have changed. Real-time thread only.
+  void retune(const control::SafetyOptions& safety) noexcept;
+
   /// Longest a controlled stop may take before torque is taken off [ns of ticks].
   std::int64_t stop_bound_ns() const noexcept { return stop_bound_ns_; }
   /// How long drives are asked to disable before the run ends without their answer [ns].
@@ -51,7 +54,7 @@ class Lifetime {
   Course disabling(Course meanwhile, bool any_drive_enabled, std::int64_t tick_ns) noexcept;
 
   LifetimeOptions options_;
-  std::int64_t stop_bound_ns_;
+  std::int64_t stop_bound_ns_ = 0;
   std::atomic<bool> exit_asked_{false};
   std::atomic<bool> torque_off_asked_{false};
   std::atomic<bool> ending_{false};

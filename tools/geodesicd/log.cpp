@@ -1,6 +1,7 @@
 // The daemon's log through spdlog.
 #include "tools/geodesicd/log.hpp"
 
+#include <poll.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -83,7 +84,9 @@ LogOptions LogOptions::for_stdout() {
   return options;
 }
 
-Log::Log(const LogOptions& options) : Log(options, stdout_sink(options)) {}
+Log::Log(const LogOptions& options) : Log(options, stdout_sink(options)) {
+  to_stdout_ = true;
+}
 
 Log::Log(const LogOptions& options, std::shared_ptr<spdlog::sinks::sink> sink)
     : json_(options.json), logger_(std::make_shared<spdlog::logger>("geodesicd", std::move(sink))) {
@@ -103,11 +106,28 @@ Log::Log(const LogOptions& options, std::shared_ptr<spdlog::sinks::sink> sink)
   logger_->set_error_handler([](const std::string&) {});
 }
 
+// A write to a full pipe would wait for its reader, and with the log all that the thread does for
+// others. A pipe that polls writable takes any line of ours (up to PIPE_BUF) at once.
+bool Log::reader_takes_it() noexcept {
+  constexpr int kPatienceMs = 50;
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  const bool patient = lost_.load(std::memory_order_relaxed) == 0;
+  return !to_stdout_ || ::poll(&out, 1, patient ? kPatienceMs : 0) != 0;
+}
+
 void Log::write(Severity severity, std::string_view text,
                 const nlohmann::ordered_json& fields) noexcept {
   const auto level = spdlog_level(severity);
   if (!logger_->should_log(level)) {
     return;
+  }
+  if (!reader_takes_it()) {
+    lost_.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  if (const std::uint64_t lost = lost_.exchange(0, std::memory_order_relaxed); lost > 0) {
+    write(Severity::kWarning,
+          std::to_string(lost) + " lines of the log are missing here: nobody read it");
   }
   try {
     const std::string line = json_ ? json_line(severity, text, fields) : std::string(text);

@@ -2,6 +2,8 @@
 // the real-time thread.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -41,6 +43,8 @@ class Log {
   /// To a sink of the caller's, for tests.
   Log(const LogOptions& options, std::shared_ptr<spdlog::sinks::sink> sink);
 
+  /// A reader of stdout who does not read (a full pipe, a terminal on hold) costs 50 ms once; from
+  /// then on lines are dropped until it reads again, and then their number is said.
   /// @param fields  what the text says, for programs: added to the line with --json
   void write(Severity severity, std::string_view text,
              const nlohmann::ordered_json& fields = {}) noexcept;
@@ -52,7 +56,11 @@ class Log {
   void critical(std::string_view text) noexcept { write(Severity::kCritical, text); }
 
  private:
+  bool reader_takes_it() noexcept;
+
   bool json_;
+  bool to_stdout_ = false;
+  std::atomic<std::uint64_t> lost_{0};  // lines since the reader of stdout stopped reading
   std::shared_ptr<spdlog::logger> logger_;
 };
 

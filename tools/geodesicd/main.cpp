@@ -14,9 +14,10 @@
 #include <string>
 #include <vector>
 
-#include "config/robot.hpp"
+#include "config/setup.hpp"
 #include "control/controller.hpp"
 #include "drivers/arm.hpp"
+#include "rt/capabilities.hpp"
 #include "rt/clock.hpp"
 #include "rt/cyclic_thread.hpp"
 #include "tools/geodesicd/control_socket.hpp"
@@ -29,18 +30,15 @@
 namespace geodesic::tools {
 namespace {
 
-/// Blocks the signals that end the daemon, in this thread and all it starts.
+/// Blocks the signals that end the daemon or have it read its file, in this thread and all it
+/// starts.
 /// @return a descriptor that reads them.
 int signal_descriptor() {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
-  struct sigaction hang_up {};
-  sigaction(SIGHUP, nullptr, &hang_up);
-  if (hang_up.sa_handler != SIG_IGN) {  // nohup wants it ignored
-    sigaddset(&set, SIGHUP);
-  }
+  sigaddset(&set, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   std::signal(SIGPIPE, SIG_IGN);  // NOLINT(cert-err33-c): cannot fail for this signal
   return signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
@@ -58,15 +56,6 @@ ExitCode refuse(const CommandLine& line, const config::Robot& robot, const std::
   return ExitCode::kRefused;
 }
 
-control::Mechanism make_mechanism(const config::Robot& robot) {
-  control::MechanismOptions options;
-  options.rotor_inertia.resize(static_cast<Eigen::Index>(robot.controller.joints.size()));
-  for (Eigen::Index i = 0; i < options.rotor_inertia.size(); ++i) {
-    options.rotor_inertia[i] = robot.controller.joints[static_cast<std::size_t>(i)].rotor_inertia;
-  }
-  return {robot.tree, robot.gravity, options};
-}
-
 DaemonOptions daemon_options(const CommandLine& line, const config::Robot& robot) {
   DaemonOptions options;
   options.period_ns = robot.period_ns;
@@ -79,7 +68,8 @@ DaemonOptions daemon_options(const CommandLine& line, const config::Robot& robot
   return options;
 }
 
-rt::ThreadOptions thread_options(const CommandLine& line, const config::Robot& robot) {
+rt::ThreadOptions thread_options(const CommandLine& line, const config::Robot& robot,
+                                 const drivers::Arm& arm) {
   rt::ThreadOptions options;
   options.name = "geodesic-rt";
   options.period_ns = robot.period_ns;
@@ -87,13 +77,18 @@ rt::ThreadOptions thread_options(const CommandLine& line, const config::Robot& r
   options.cpus = robot.realtime.cpus;
   options.best_effort = line.best_effort;
   options.simulated_time = line.simulated_time;
+  options.drop_capabilities = true;
+  if (!line.no_seal) {
+    options.seal = rt::SealOptions{arm.descriptors()};
+  }
   return options;
 }
 
-/// Follows signals until the run has ended by itself, or stands still.
+/// Follows signals until the run has ended by itself, or stands still. Must not log: it would wait
+/// where the log's reader does not read.
 /// @return whether the real-time thread has ended.
-bool wait_for_end(int signals, const rt::CyclicThread& loop, const Service& service,
-                  Lifetime& lifetime, Log& log) {
+bool wait_for_end(int signals, const rt::CyclicThread& loop, Service& service, Tuning& tuning,
+                  Lifetime& lifetime) {
   constexpr std::int64_t kStuckGraceNs = 1'000'000'000;
   int received = 0;
   std::int64_t stuck_since_ns = 0;
@@ -101,13 +96,14 @@ bool wait_for_end(int signals, const rt::CyclicThread& loop, const Service& serv
     pollfd waiting{signals, POLLIN, 0};
     poll(&waiting, 1, 20);
     signalfd_siginfo signal{};
-    if (read(signals, &signal, sizeof(signal)) == sizeof(signal)) {
-      if (++received < 3) {
-        log.info(received == 1 ? "asked to end: controlled stop"
-                               : "already stopping; once more takes torque off at once");
+    const bool got = read(signals, &signal, sizeof(signal)) == sizeof(signal);
+    if (got && signal.ssi_signo == SIGHUP) {
+      tuning.ask_reload();
+    } else if (got) {
+      service.asked_to_end(++received);
+      if (received < 3) {
         lifetime.ask_exit();
       } else {
-        log.warning("asked to end for the third time: torque off");
         lifetime.ask_torque_off();
       }
     }
@@ -120,6 +116,22 @@ bool wait_for_end(int signals, const rt::CyclicThread& loop, const Service& serv
     }
   }
   return true;
+}
+
+/// The service thread hangs: end without it, with the summary if that can be had without it.
+[[noreturn]] void leave_hanging(const CommandLine& line, const Service& service) {
+  constexpr int kCode = static_cast<int>(ExitCode::kFault);
+  struct sigaction give_up {};
+  give_up.sa_handler = [](int) { ::_exit(kCode); };
+  sigaction(SIGALRM, &give_up, nullptr);
+  ::alarm(2);  // what the thread held when it stopped, we may wait for in vain
+  if (!line.summary.empty()) {
+    nlohmann::ordered_json summary = summary_json(service.view(), false);
+    summary["service_hung"] = true;
+    summary["final_state"] = "unknown";  // nobody listened to the end
+    write_output(line.summary, summary.dump(2) + '\n');
+  }
+  std::_Exit(kCode);
 }
 
 ExitCode finish(const CommandLine& line, const RunView& run, bool forced, Log& log) {
@@ -162,12 +174,28 @@ void greet(const config::Robot& robot, const rt::CyclicThread& loop, const Contr
   for (const std::string& warning : loop.warnings()) {
     log.warning(warning);
   }
+  if (loop.statistics().sealed.load()) {
+    log.info(
+        "the real-time thread is sealed: it can sleep, send, receive, read the clock, no more");
+  } else {
+    log.warning("the real-time thread is not sealed: " + loop.not_sealed_reason());
+  }
+  if (::geteuid() == 0) {
+    log.info(
+        "started as root: every capability has been given up, but root's files are still its own; "
+        "a user of its own is safer (tools/geodesicd/UNIT.md)");
+  }
+  if (const std::string left = rt::capabilities_left(); !left.empty()) {
+    log.warning("capabilities are left in thread " + left);
+  }
 }
 
 /// From a checked robot to the end of its run. @throws what stands in the way of a start.
-ExitCode run(const CommandLine& line, const config::Robot& robot, Log& log, int signals) {
+ExitCode run(const CommandLine& line, const config::LoadResult& loaded, Log& log, int signals) {
+  const config::Robot& robot = loaded.robot;
   drivers::Arm arm(robot.arm);
-  control::Controller controller(make_mechanism(robot), robot.controller);
+  arm.tend();
+  control::Controller controller(config::make_mechanism(robot, robot.payload), robot.controller);
   ControlServer socket(line.socket.empty() ? control_path(robot.name, PathEnvironment::current())
                                            : line.socket);
   const Vocabulary words(robot);
@@ -178,34 +206,38 @@ ExitCode run(const CommandLine& line, const config::Robot& robot, Log& log, int 
       joints.push_back(joint.name);
     }
     const double cycles = 1e9 / (static_cast<double>(robot.period_ns) * line.trace_hz);
-    trace = std::make_unique<Trace>(line.trace, joints,
+    trace = std::make_unique<Trace>(line.trace, joints, robot.arm.buses.size(),
                                     std::max<std::int64_t>(1, std::llround(cycles)));
   }
   // On the heap: the rings are megabytes.
   const auto daemon = std::make_unique<Daemon>(arm, controller, daemon_options(line, robot));
-  rt::CyclicThread loop(thread_options(line, robot));
+  rt::CyclicThread loop(thread_options(line, robot, arm));
+  Tuning tuning(line, loaded, daemon->setups(), log);
   Service service({line.allow_zero_law, line.simulated_time}, words, *daemon, loop, socket, log,
-                  trace.get());
+                  tuning, trace.get());
   if (const auto refusal = loop.start(*daemon)) {
     throw std::runtime_error("the real-time thread was refused\n" + rt::to_string(*refusal));
   }
-  greet(robot, loop, socket, log);
-  service.start();
-  if (!wait_for_end(signals, loop, service, daemon->lifetime(), log)) {
+  rt::drop_thread_capabilities();  // the loop's thread has done so, the service thread inherits it
+  service.start([&] { greet(robot, loop, socket, log); });
+  const bool ended = wait_for_end(signals, loop, service, tuning, daemon->lifetime());
+  if (!service.stop()) {
+    leave_hanging(line, service);
+  }
+  if (!ended) {
     // The real-time thread neither ends nor can be made to: leave without waiting for it.
-    service.stop();
     finish(line, service.view(), true, log);
     std::_Exit(static_cast<int>(ExitCode::kFault));
   }
   loop.join();
-  service.stop();
   daemon->telemetry().finish();
   return finish(line, service.view(), daemon->lifetime().forced(), log);
 }
 
 ExitCode main_program(const CommandLine& line) {
+  rt::keep_realtime_capabilities();
   const int signals = signal_descriptor();
-  config::LoadResult loaded = config::load_robot(line.robot, {line.strict, line.buses});
+  config::LoadResult loaded = config::load_robot(line.robot, {line.strict, line.buses, {}, {}});
   for (const config::Message& message : loaded.messages) {
     std::cerr << config::to_string(message) << '\n';
   }
@@ -227,7 +259,7 @@ ExitCode main_program(const CommandLine& line) {
   log_options.json = line.json;
   Log log(log_options);
   try {
-    return run(line, robot, log, signals);
+    return run(line, loaded, log, signals);
   } catch (const std::exception& problem) {
     return refuse(line, robot, problem.what());
   }

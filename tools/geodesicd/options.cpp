@@ -17,11 +17,18 @@ constexpr const char* kDescription =
 
 constexpr const char* kFooter = R"(
 Ending it
-  SIGINT, SIGTERM or SIGHUP: a controlled stop (the arm is braked to rest and lowered while the
+  SIGINT or SIGTERM: a controlled stop (the arm is braked to rest and lowered while the
   drives damp), drives disabled, then exit. The same signal again changes nothing; a third one
   within the stop takes torque off at once: an arm that is not at rest falls.
   A fault stops the arm by itself; the daemon then stays, tells why, and waits for `geodesic law`
   (or ends, with --exit-on-fault).
+
+Tuning it while it runs
+  When the robot's file or its URDF is saved, or on SIGHUP, both are read again and checked whole.
+  Gains, friction, limits, payload, gravity, thresholds and times move over without a step in
+  torque; one change that needs a restart, or one mistake, and nothing is taken: the log says why.
+  `geodesic tune ROBOT.toml KEY=VALUE` does the same by hand. A tuned value stands until it is undone
+  or the file is saved with another value for that option.
 
 Control socket
   --socket PATH, else $XDG_RUNTIME_DIR/geodesic/NAME.sock, /run/geodesic/NAME.sock or
@@ -61,7 +68,9 @@ void describe_options(CLI::App& app, CommandLine& line, std::string& level) {
                "end after a fault's stop instead of waiting for an operator");
   app.add_flag("--strict", line.strict, "refuse to start where the model lint only warns");
   app.add_flag("--best-effort", line.best_effort,
-               "start even where real-time scheduling or locked memory is refused");
+               "start even where real-time scheduling, locked memory or the seal is refused");
+  app.add_flag("--no-seal", line.no_seal,
+               "for debugging: let the real-time thread make any system call");
   app.add_flag("--simulated-time", line.simulated_time,
                "virtual buses only: do not sleep, wait for every reply, advance by one period a "
                "cycle (with `geodesic sim --lockstep`)");

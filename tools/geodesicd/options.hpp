@@ -29,6 +29,7 @@ struct CommandLine {
   std::string law;
   double seconds = 0.0;  ///< 0: no end
   bool best_effort = false;
+  bool no_seal = false;
   bool simulated_time = false;
   bool strict = false;
   bool no_start = false;

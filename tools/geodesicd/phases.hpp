@@ -16,9 +16,10 @@ class Phases {
 
   rt::Histogram transmit_ns;         ///< all commands handed to the kernel
   rt::Histogram exchange_ns;         ///< first send -> last reply read, or the deadline
-  rt::Histogram compute_ns;          ///< estimate, supervise, evaluate, law, bound
+  rt::Histogram compute_ns;          ///< estimate, supervise, evaluate, law, bound, encode
+  rt::Histogram observe_ns;          ///< external torque and what else is watched for
   rt::Histogram publish_ns;          ///< telemetry
-  rt::Histogram state_to_torque_ns;  ///< last reply read (not yet decoded) -> next commands ready
+  rt::Histogram state_to_torque_ns;  ///< last reply read (not yet decoded) -> next encoded
 
   void begin() noexcept { began_ns_ = now_ns(); }
 
@@ -38,7 +39,12 @@ class Phases {
     }
   }
 
-  void publish_done() noexcept { add(publish_ns, now_ns() - computed_ns_); }
+  void observe_done() noexcept {
+    observed_ns_ = now_ns();
+    add(observe_ns, observed_ns_ - computed_ns_);
+  }
+
+  void publish_done() noexcept { add(publish_ns, now_ns() - observed_ns_); }
 
  private:
   std::int64_t now_ns() const noexcept { return measured_ ? rt::now_ns() : 0; }
@@ -53,6 +59,7 @@ class Phases {
   std::int64_t began_ns_ = 0;
   std::int64_t received_ns_ = 0;
   std::int64_t computed_ns_ = 0;
+  std::int64_t observed_ns_ = 0;
 };
 
 }  // namespace geodesic::tools

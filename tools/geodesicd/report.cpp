@@ -3,6 +3,8 @@
 
 #include <unistd.h>
 
+#include "control/arms.hpp"
+
 namespace geodesic::tools {
 
 using nlohmann::ordered_json;
@@ -37,6 +39,32 @@ ordered_json buses_json(const RunView& run) {
   return buses;
 }
 
+/// The arms that the file names; one nameless arm of all joints if it names none.
+ordered_json arms_json(const RunView& run) {
+  const config::Robot& robot = *run.words.robot;
+  const control::Arms arms = control::arms_of(robot.controller);
+  ordered_json result = ordered_json::array();
+  for (std::size_t a = 0; a < arms.count; ++a) {
+    const control::ArmReport& arm = run.last.arm[a];
+    ordered_json joints = ordered_json::array();
+    for (std::size_t i = 0; i < robot.arm.joints.size(); ++i) {
+      if (control::has(arms.joints[a], i)) {
+        joints.push_back(run.words.joint(i));
+      }
+    }
+    result.push_back({{"name", run.words.arm(a)},
+                      {"state", control::to_string(arm.state)},
+                      {"law", control::to_string(arm.law)},
+                      {"authority", arm.authority},
+                      {"joints", joints}});
+  }
+  return result;
+}
+
+ordered_json missing_json(const control::MissingReplies& missing) {
+  return {{"run", missing.run}, {"longest", missing.longest}, {"total", missing.total}};
+}
+
 ordered_json status_joint(const RunView& run, std::size_t i) {
   const JointRecord& joint = run.last.joint[i];
   const Counters::Joint& counted = run.counters.joint[i];
@@ -47,10 +75,15 @@ ordered_json status_joint(const RunView& run, std::size_t i) {
                       {"torque", joint.torque},
                       {"command", joint.command},
                       {"model", joint.model},
+                      {"external", joint.external},
+                      {"contact", joint.touched},
+                      {"gain", joint.gain},
+                      {"static_check", control::to_string(joint.static_check)},
                       {"temperature", joint.temperature_c},
                       {"condition", to_string(joint.condition)},
                       {"age_ms", nullptr},
-                      {"lost", counted.frames.lost}};
+                      {"lost", counted.frames.lost},
+                      {"missing", missing_json(counted.missing)}};
   if (joint.age_us != JointRecord::kNever) {
     result["age_ms"] = static_cast<double>(joint.age_us) * 1e-3;
   }
@@ -69,8 +102,10 @@ ordered_json summary_joint(const RunView& run, std::size_t i) {
           {"frames_sent", counted.frames.sent},
           {"frames_received", counted.frames.received},
           {"losses", counted.frames.lost},
+          {"missing", missing_json(counted.missing)},
           {"max_torque", counted.max_torque},
-          {"max_command", counted.max_command}};
+          {"max_command", counted.max_command},
+          {"max_external", counted.max_external}};
 }
 
 void add_phases(ordered_json& to, const rt::LoopStatistics& loop, const Phases& phases) {
@@ -80,11 +115,13 @@ void add_phases(ordered_json& to, const rt::LoopStatistics& loop, const Phases& 
   to["transmit_ns"] = to_json(phases.transmit_ns);
   to["exchange_ns"] = to_json(phases.exchange_ns);
   to["compute_ns"] = to_json(phases.compute_ns);
+  to["observe_ns"] = to_json(phases.observe_ns);
   to["publish_ns"] = to_json(phases.publish_ns);
 }
 
 void add_health(ordered_json& to, const RunView& run) {
   to["cycles"] = run.loop.cycles.load();
+  to["first_tick_ns"] = run.counters.first_tick_ns;
   to["period_ns"] = run.words.robot->period_ns;
   to["missed"] = run.loop.missed.load();
   to["skipped"] = run.loop.skipped.load();
@@ -92,6 +129,9 @@ void add_health(ordered_json& to, const RunView& run) {
   to["allocations"] = run.loop.allocations.load();
   to["realtime"] = run.loop.realtime.load();
   to["realtime_reason"] = run.not_realtime_reason;
+  to["sealed"] = run.loop.sealed.load();
+  to["sealed_reason"] = run.not_sealed_reason;
+  to["refused_calls"] = run.loop.refused_calls.load();
   to["simulated_time"] = run.simulated_time;
   to["telemetry_dropped"] = run.records_dropped;
   to["events_dropped"] = run.events_dropped;
@@ -107,7 +147,7 @@ void FaultList::add(const Event& event, const EventText& text) {
                      {"joint", text.fields.value("joint", ordered_json())},
                      {"name", text.fields.at("fault")},
                      {"class", text.fields.at("class")}};
-  for (const char* key : {"bus", "found", "limit", "unit", "drive_error", "complaint"}) {
+  for (const char* key : {"bus", "arm", "found", "limit", "unit", "drive_error", "complaint"}) {
     if (text.fields.contains(key)) {
       entry[key] = text.fields[key];
     }
@@ -137,6 +177,8 @@ ordered_json status_json(const RunView& run) {
                                      ? 0.0
                                      : seconds(run.last.tick_ns - run.counters.first_tick_ns)}};
   add_health(status, run);
+  status["retuning"] = run.last.retuning;
+  status["arms"] = arms_json(run);
   status["joints"] = ordered_json::array();
   for (std::size_t i = 0; i < robot.arm.joints.size(); ++i) {
     status["joints"].push_back(status_joint(run, i));
@@ -153,6 +195,7 @@ ordered_json summary_json(const RunView& run, bool forced) {
   ordered_json summary{{"robot", robot.name}, {"version", GEODESIC_VERSION}};
   add_health(summary, run);
   add_phases(summary, run.loop, run.phases);
+  summary["arms"] = arms_json(run);
   summary["joints"] = ordered_json::array();
   for (std::size_t i = 0; i < robot.arm.joints.size(); ++i) {
     summary["joints"].push_back(summary_joint(run, i));
@@ -167,12 +210,18 @@ ordered_json summary_json(const RunView& run, bool forced) {
 
 ordered_json refused_summary_json(const std::string& robot, std::int64_t period_ns,
                                   const std::string& error) {
-  ordered_json summary{{"robot", robot},   {"version", GEODESIC_VERSION},
-                       {"cycles", 0},      {"period_ns", period_ns},
-                       {"missed", 0},      {"skipped", 0},
-                       {"page_faults", 0}, {"allocations", 0},
+  ordered_json summary{{"robot", robot},
+                       {"version", GEODESIC_VERSION},
+                       {"cycles", 0},
+                       {"first_tick_ns", 0},
+                       {"period_ns", period_ns},
+                       {"missed", 0},
+                       {"skipped", 0},
+                       {"page_faults", 0},
+                       {"allocations", 0},
                        {"realtime", false}};
   add_phases(summary, rt::LoopStatistics{}, Phases(false));
+  summary["arms"] = ordered_json::array();
   summary["joints"] = ordered_json::array();
   summary["buses"] = ordered_json::array();
   summary["faults"] = ordered_json::array();

@@ -35,6 +35,7 @@ struct RunView {
   std::uint64_t records_dropped = 0;
   std::uint64_t events_dropped = 0;
   bool simulated_time = false;
+  std::string not_sealed_reason;
 };
 
 /// One answer to {"cmd":"status"}, "ok" among it.

@@ -64,7 +64,7 @@ ordered_json ask_stop(const json& request, const RequestActions& actions) {
 }
 
 ordered_json answer(std::string_view line, const RequestActions& actions) {
-  static const std::array<std::string, 3> kCommands{"status", "law", "stop"};
+  static const std::array<std::string, 4> kCommands{"status", "law", "stop", "tune"};
   const json request = json::parse(line, nullptr, false);
   if (!request.is_object()) {
     return refusal("a request is one JSON object a line, like {\"cmd\":\"status\"}; this is " +
@@ -83,6 +83,9 @@ ordered_json answer(std::string_view line, const RequestActions& actions) {
   }
   if (name == "stop") {
     return ask_stop(request, actions);
+  }
+  if (name == "tune" && actions.tune) {
+    return actions.tune(request);
   }
   return refusal("there is no command " + config::quote(name) +
                  config::did_you_mean(name, kCommands) +

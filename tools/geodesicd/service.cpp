@@ -2,8 +2,11 @@
 #include "tools/geodesicd/service.hpp"
 
 #include <fmt/format.h>
+#include <sys/prctl.h>
 
 #include <chrono>
+#include <exception>
+#include <utility>
 
 namespace geodesic::tools {
 namespace {
@@ -15,20 +18,29 @@ constexpr milliseconds kRound{10};
 constexpr milliseconds kStandstill{1000};
 // In simulated time a cycle lasts as long as the simulation takes to answer.
 constexpr milliseconds kSimulatedStandstill{10000};
+// A round may write a trace to a slow disk; a round that takes longer never ends.
+constexpr milliseconds kEndsWithin{3000};
 
 }  // namespace
 
 Service::Service(const ServiceOptions& options, const Vocabulary& words, Daemon& daemon,
-                 const rt::CyclicThread& loop, ControlServer& socket, Log& log, Trace* trace)
+                 rt::CyclicThread& loop, ControlServer& socket, Log& log, Tuning& tuning,
+                 Trace* trace)
     : options_(options),
       words_(words),
       daemon_(daemon),
       loop_(loop),
       socket_(socket),
       log_(log),
+      tuning_(tuning),
       trace_(trace),
       standstill_(options.simulated_time ? kSimulatedStandstill : kStandstill) {
-  actions_.status = [this] { return status_json(view()); };
+  actions_.status = [this] {
+    nlohmann::ordered_json status = status_json(view());
+    status["tuning"] = tuning_.status();
+    return status;
+  };
+  actions_.tune = [this](const nlohmann::json& request) { return tuning_.answer(request); };
   actions_.hand_over = [this](const control::Request& request) { return daemon_.request(request); };
   actions_.exit = [this] { daemon_.lifetime().ask_exit(); };
   actions_.ending = [this] { return daemon_.lifetime().ending(); };
@@ -39,18 +51,31 @@ Service::~Service() {
   stop();
 }
 
-void Service::start() {
-  thread_ = std::thread([this] { run(); });
+void Service::start(std::function<void()> greeting) {
+  thread_ = std::thread([this, first = std::move(greeting)] { run(first); });
 }
 
-void Service::stop() {
+bool Service::stop() {
   if (!thread_.joinable()) {
-    return;
+    return true;
   }
   stop_.store(true, std::memory_order_relaxed);
+  const Clock::time_point end = Clock::now() + kEndsWithin;
+  while (!ended_.load(std::memory_order_acquire)) {
+    if (Clock::now() > end) {
+      return false;
+    }
+    std::this_thread::sleep_for(milliseconds(1));
+  }
   thread_.join();
-  drain();
-  trace_problem(trace_ != nullptr ? trace_->flush() : std::nullopt);
+  try {
+    drain();
+    tell_signals();
+    trace_problem(trace_ != nullptr ? trace_->flush() : std::nullopt);
+  } catch (const std::exception& problem) {
+    log_.critical(fmt::format("the end of the run is not told whole: {}", problem.what()));
+  }
+  return true;
 }
 
 RunView Service::view() const {
@@ -64,10 +89,24 @@ RunView Service::view() const {
           loop_.not_realtime_reason(),
           telemetry.records_dropped(),
           telemetry.events_dropped(),
-          options_.simulated_time};
+          options_.simulated_time,
+          loop_.not_sealed_reason()};
 }
 
-void Service::run() {
+void Service::run(const std::function<void()>& greeting) noexcept {
+  ::prctl(PR_SET_NAME, "geodesic-svc");
+  try {
+    greeting();
+    serve();
+  } catch (const std::exception& problem) {
+    // Out of memory, most likely. Unwatched and deaf, the arm shall not go on for long.
+    log_.critical(fmt::format("the service thread failed: {}; controlled stop", problem.what()));
+    daemon_.lifetime().ask_exit();
+  }
+  ended_.store(true, std::memory_order_release);
+}
+
+void Service::serve() {
   const ControlServer::Handler answer = [this](std::string_view line) {
     log_.debug(fmt::format("request: {}", line));
     return answer_request(line, actions_);
@@ -77,8 +116,11 @@ void Service::run() {
   manager_.ready("running");
   while (!stop_.load(std::memory_order_relaxed)) {
     socket_.serve(kRound, answer);
+    daemon_.tend();
     drain();
+    tell_signals();
     const Clock::time_point now = Clock::now();
+    tuning_.round(now, last_, static_cast<double>(last_.tick_ns - start_ns_) * 1e-9);
     watch(std::chrono::duration_cast<milliseconds>(now - last_watch));
     last_watch = now;
     if (!stuck()) {
@@ -111,7 +153,30 @@ void Service::drain() {
       manager_.status(control::to_string(event.to));
     }
   }
+  tell_refused_calls();
   tell_drops();
+}
+
+void Service::tell_refused_calls() {
+  rt::RefusedCall call;
+  while (loop_.pop_refused_call(call)) {
+    log_.error(fmt::format("the sealed real-time thread asked for {} at {}: not made",
+                           rt::system_call_name(call.number),
+                           rt::instruction_text(call.instruction)));
+  }
+}
+
+void Service::tell_signals() {
+  const int asked = asked_.load(std::memory_order_relaxed);
+  for (; asked_told_ < asked; ++asked_told_) {
+    if (asked_told_ == 0) {
+      log_.info("asked to end: controlled stop");
+    } else if (asked_told_ == 1) {
+      log_.info("already stopping; once more takes torque off at once");
+    } else {
+      log_.warning("asked to end for the third time: torque off");
+    }
+  }
 }
 
 void Service::tell_drops() {

@@ -1,10 +1,12 @@
 // The service thread: everything the daemon does that may take its time. It drains telemetry into
 // log, trace and status, answers the control socket, watches the real-time thread, and is itself
 // watched by the service manager, if there is one. If it hangs (a log nobody reads, a disk that is
-// gone), the arm is not affected and signals still end the run.
+// gone) or dies, the arm is not affected and signals still end the run: nobody waits for it for
+// ever.
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <thread>
@@ -19,6 +21,7 @@
 #include "tools/geodesicd/service_manager.hpp"
 #include "tools/geodesicd/standstill.hpp"
 #include "tools/geodesicd/trace.hpp"
+#include "tools/geodesicd/tuning.hpp"
 
 namespace geodesic::tools {
 
@@ -31,16 +34,23 @@ class Service {
  public:
   /// All of them outlive the service. `trace` may be null.
   Service(const ServiceOptions& options, const Vocabulary& words, Daemon& daemon,
-          const rt::CyclicThread& loop, ControlServer& socket, Log& log, Trace* trace);
+          rt::CyclicThread& loop, ControlServer& socket, Log& log, Tuning& tuning, Trace* trace);
   /// As stop().
   ~Service();
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
 
+  /// @param greeting  what the thread does first: words for the log, which may make it wait
   /// @throws std::system_error if there is no thread to be had.
-  void start();
+  void start(std::function<void()> greeting);
   /// Drains what the real-time thread left and ends.
-  void stop();
+  /// @return false if the thread does not end: it hangs, nobody may wait for it, log by the same
+  ///   log, or destroy this object.
+  bool stop();
+
+  /// A signal asked for the run's end, for the times'th time: the service thread tells it to the
+  /// log, so that who takes signals never waits for a log's reader. Any thread.
+  void asked_to_end(int times) noexcept { asked_.store(times, std::memory_order_relaxed); }
 
   /// The real-time thread stands still; the run's end has been asked for in vain. Any thread.
   bool stuck() const noexcept { return stuck_.load(std::memory_order_relaxed); }
@@ -49,8 +59,11 @@ class Service {
   RunView view() const;
 
  private:
-  void run();
+  void run(const std::function<void()>& greeting) noexcept;
+  void serve();
   void drain();
+  void tell_refused_calls();
+  void tell_signals();
   void watch(std::chrono::milliseconds elapsed);
   void tell_drops();
   void trace_problem(const std::optional<std::string>& problem);
@@ -58,9 +71,10 @@ class Service {
   ServiceOptions options_;
   const Vocabulary& words_;
   Daemon& daemon_;
-  const rt::CyclicThread& loop_;
+  rt::CyclicThread& loop_;
   ControlServer& socket_;
   Log& log_;
+  Tuning& tuning_;
   Trace* trace_;
   RequestActions actions_;
   Standstill standstill_;
@@ -69,7 +83,10 @@ class Service {
   FaultList faults_;
   std::int64_t start_ns_ = 0;
   std::uint64_t drops_told_ = 0;
+  int asked_told_ = 0;
+  std::atomic<int> asked_{0};
   std::atomic<bool> stop_{false};
+  std::atomic<bool> ended_{false};
   std::atomic<bool> stuck_{false};
   std::thread thread_;
 };

@@ -54,6 +54,8 @@ void Telemetry::push_record(std::int64_t index, const control::ArmState& state,
   record_.law = report.law;
   record_.overran = state.overran;
   record_.authority = static_cast<float>(report.authority);
+  record_.retuning = report.retuning;
+  record_.arm = report.arm;
   for (std::size_t i = 0; i < state.joints; ++i) {
     const control::JointState& measured = state.joint[i];
     JointRecord& joint = record_.joint[i];
@@ -62,13 +64,26 @@ void Telemetry::push_record(std::int64_t index, const control::ArmState& state,
     joint.torque = static_cast<float>(measured.torque);
     joint.command = static_cast<float>(command.joint[i].torque);
     joint.model = static_cast<float>(report.model_torque[i]);
+    joint.external = static_cast<float>(report.external_torque[i]);
+    joint.gain = static_cast<float>(report.gain[i]);
+    joint.touched = control::has(report.touched, i);
+    joint.static_check = report.static_check[i];
     joint.temperature_c = static_cast<float>(measured.temperature_c);
     joint.age_us = age_us(measured, state.tick_ns);
     joint.condition = measured.condition;
     joint.drive_error = measured.drive_error;
     Counters::Joint& counted = counters_.joint[i];
+    counted.missing = report.missing[i];
     counted.max_torque = std::fmax(counted.max_torque, std::fabs(measured.torque));
     counted.max_command = std::fmax(counted.max_command, std::fabs(command.joint[i].torque));
+    if (report.authority >= 1.0) {
+      counted.max_external = std::fmax(counted.max_external, std::fabs(report.external_torque[i]));
+    }
+  }
+  for (std::size_t i = 0; i < state.buses; ++i) {
+    const std::uint64_t sent = arm_.bus_counters(i).sent;
+    record_.sent[i] = static_cast<std::uint16_t>(sent - sent_before_[i]);
+    sent_before_[i] = sent;
   }
   records_.push(record_);
 }
@@ -96,7 +111,19 @@ void Telemetry::push_events(const control::ArmState& state,
     event.refusal = report.refused;
     events_.push(event);
   }
+  for (std::size_t a = 0; report.arms > 1 && a < report.arms; ++a) {
+    if (report.arm[a].state != last_arm_state_[a]) {
+      event.kind = Event::Kind::kArmState;
+      event.arm = static_cast<int>(a);
+      event.law = report.arm[a].law;
+      event.from = last_arm_state_[a];
+      event.to = report.arm[a].state;
+      last_arm_state_[a] = event.to;
+      events_.push(event);
+    }
+  }
   if (report.state != last_state_) {
+    event.law = report.law;
     event.kind = Event::Kind::kState;
     event.from = last_state_;
     event.to = report.state;

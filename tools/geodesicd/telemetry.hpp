@@ -23,6 +23,10 @@ struct JointRecord {
   float torque = 0.0F;    ///< as the drive reports it
   float command = 0.0F;   ///< torque commanded
   float model = 0.0F;     ///< gravity + Coriolis
+  float external = 0.0F;  ///< observed external torque
+  float gain = 1.0F;      ///< what a vibration has left of the gains, 0..1
+  bool touched = false;   ///< in contact
+  control::StaticCheckState static_check = control::StaticCheckState::kOff;
   float temperature_c = 0.0F;
   std::int32_t age_us = kNever;  ///< of the last good frame; 0: answered in this cycle
   control::DriveCondition condition = control::DriveCondition::kUnknown;
@@ -37,20 +41,25 @@ struct Record {
   control::LawKind law = control::LawKind::kFloat;
   bool overran = false;
   float authority = 0.0F;
+  bool retuning = false;
+  std::array<control::ArmReport, control::kMaxArms> arm{};
   std::array<JointRecord, control::kMaxJoints> joint{};
+  std::array<std::uint16_t, control::kMaxBuses>
+      sent{};  ///< frames handed to each bus in this cycle
 };
 
 /// A fault with its evidence, a change of state, or a request that was not followed; tick_ns tells
 /// when.
 struct Event {
-  enum class Kind : std::uint8_t { kFault, kState, kRefusal } kind = Kind::kFault;
+  enum class Kind : std::uint8_t { kFault, kState, kArmState, kRefusal } kind = Kind::kFault;
   std::int64_t tick_ns = 0;
   control::FaultEvent fault;          ///< kFault
   std::uint8_t drive_error = 0;       ///< kFault of a joint: what its drive last said
   std::int64_t frame_age_ns = -1;     ///< kFault of a joint: of its last good frame; -1: none
   drivers::DriveComplaint complaint;  ///< kFault of a joint
-  control::SupervisorState from = control::SupervisorState::kOff;  ///< kState
-  control::SupervisorState to = control::SupervisorState::kOff;    ///< kState
+  control::SupervisorState from = control::SupervisorState::kOff;  ///< kState, kArmState
+  control::SupervisorState to = control::SupervisorState::kOff;    ///< kState, kArmState
+  int arm = 0;                                                     ///< kArmState
   control::LawKind law = control::LawKind::kFloat;                 ///< kState
   const char* refusal = nullptr;                                   ///< kRefusal: why, a literal
 };
@@ -59,8 +68,10 @@ struct Event {
 struct Counters {
   struct Joint {
     drivers::JointCounters frames;
-    double max_torque = 0.0;   ///< largest magnitude measured [N·m or N]
-    double max_command = 0.0;  ///< largest magnitude commanded [N·m or N]
+    double max_torque = 0.0;    ///< largest magnitude measured [N·m or N]
+    double max_command = 0.0;   ///< largest magnitude commanded [N·m or N]
+    double max_external = 0.0;  ///< largest external torque observed at whole authority [N·m or N]
+    control::MissingReplies missing;
     drivers::DriveComplaint complaint;
   };
   struct Bus {
@@ -106,7 +117,9 @@ class Telemetry {
   std::int64_t cycles_a_count_;  ///< counters are published every so many cycles
   std::int64_t next_count_ = 0;  ///< index of the cycle that publishes them next
   control::SupervisorState last_state_ = control::SupervisorState::kOff;
+  std::array<control::SupervisorState, control::kMaxArms> last_arm_state_{};
   Record record_;
+  std::array<std::uint64_t, control::kMaxBuses> sent_before_{};
   Counters counters_;
   rt::Ring<Record, 2048> records_;
   rt::Ring<Event, 256> events_;

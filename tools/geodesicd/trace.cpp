@@ -11,12 +11,19 @@
 namespace geodesic::tools {
 
 Trace::Trace(const std::filesystem::path& file, const std::vector<std::string>& joints,
-             std::int64_t every)
-    : path_(file), joints_(joints.size()), every_(every), file_(std::fopen(file.c_str(), "we")) {
+             std::size_t buses, std::int64_t every)
+    : path_(file),
+      joints_(joints.size()),
+      buses_(buses),
+      every_(every),
+      file_(std::fopen(file.c_str(), "we")) {
   row_ = "time_s,state,law,authority,overran";
   for (const std::string& joint : joints) {
-    fmt::format_to(std::back_inserter(row_), ",q_{0},v_{0},torque_{0},command_{0},model_{0}",
-                   joint);
+    fmt::format_to(std::back_inserter(row_),
+                   ",q_{0},v_{0},torque_{0},command_{0},model_{0},external_{0}", joint);
+  }
+  for (std::size_t i = 0; i < buses; ++i) {
+    fmt::format_to(std::back_inserter(row_), ",sent_{}", i);
   }
   row_ += '\n';
   if (file_ == nullptr || std::fputs(row_.c_str(), file_.get()) < 0 ||
@@ -42,8 +49,11 @@ std::optional<std::string> Trace::write(const Record& record) {
                  record.overran ? 1 : 0);
   for (std::size_t i = 0; i < joints_; ++i) {
     const JointRecord& joint = record.joint[i];
-    fmt::format_to(out, ",{:.7g},{:.6g},{:.6g},{:.6g},{:.6g}", joint.position, joint.velocity,
-                   joint.torque, joint.command, joint.model);
+    fmt::format_to(out, ",{:.7g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}", joint.position,
+                   joint.velocity, joint.torque, joint.command, joint.model, joint.external);
+  }
+  for (std::size_t i = 0; i < buses_; ++i) {
+    fmt::format_to(out, ",{}", record.sent[i]);
   }
   row_ += '\n';
   return std::fwrite(row_.data(), 1, row_.size(), file_.get()) == row_.size() ? std::nullopt

@@ -14,13 +14,14 @@
 namespace geodesic::tools {
 
 /// Columns: time_s (since the first cycle), state, law, authority, overran, then for each joint
-/// q_NAME, v_NAME, torque_NAME (as the drive reports), command_NAME, model_NAME.
+/// q_NAME, v_NAME, torque_NAME (as the drive reports), command_NAME, model_NAME, external_NAME
+/// (observed); for each bus sent_N: frames handed to it in this cycle.
 class Trace {
  public:
   /// @param every  one row for so many cycles, >= 1
   /// @throws std::runtime_error if the file cannot be written.
   Trace(const std::filesystem::path& file, const std::vector<std::string>& joints,
-        std::int64_t every);
+        std::size_t buses, std::int64_t every);
 
   /// A row, if it is time for one.
   /// @return what went wrong (a full disk); the trace ends there and says so once.
@@ -36,6 +37,7 @@ class Trace {
 
   std::filesystem::path path_;
   std::size_t joints_;
+  std::size_t buses_;
   std::int64_t every_;
   std::int64_t next_index_ = 0;
   std::int64_t first_tick_ns_ = 0;

@@ -32,4 +32,7 @@ void run_in_real_time(const LoopContext& context);
 void run_in_lockstep(const LoopContext& context);
 inline constexpr double kPatience = 0.2;  ///< [s]
 
+/// What one frame of a babbling node takes of the bus: classic, eight bytes, 1 Mbit/s.
+inline constexpr std::int64_t kFloodFrameNs = 111'000;
+
 }  // namespace geodesic::tools

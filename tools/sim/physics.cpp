@@ -293,6 +293,20 @@ double Physics::floor_force() const {
   return sum;
 }
 
+std::vector<double> Physics::contact_torques() const {
+  const mjData& data = *impl_->data;
+  std::vector<mjtNum> forces(data.efc_force, data.efc_force + data.nefc);
+  for (int i = 0; i < data.nefc; ++i) {
+    if (data.efc_type[i] < mjCNSTR_CONTACT_FRICTIONLESS) forces[static_cast<std::size_t>(i)] = 0.0;
+  }
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(impl_->model->nv);
+  if (data.nefc > 0) {
+    mj_mulJacTVec(impl_->model.get(), impl_->data.get(), all.data(), forces.data());
+  }
+  const Eigen::VectorXd result = impl_->spread().transpose() * all;
+  return {result.begin(), result.end()};
+}
+
 bool Physics::finite() const noexcept {
   for (std::size_t i = 0; i < joints(); ++i) {
     if (!std::isfinite(position(i)) || !std::isfinite(velocity(i))) return false;

@@ -61,6 +61,8 @@ class Physics {
   PhysicsEnergy energy();
   /// Sum of the normal forces of all contacts with the floor in the last step [N].
   double floor_force() const;
+  /// What those contacts, friction included, did to each joint in the last step [N·m or N].
+  std::vector<double> contact_torques() const;
   bool finite() const noexcept;
 
  private:

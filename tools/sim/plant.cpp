@@ -16,9 +16,9 @@ std::int64_t to_ns(double seconds) {
   return std::llround(seconds / kNs);
 }
 
-// A whole number of steps in each control period, none longer than the mechanics' default.
-std::int64_t step_of(std::int64_t period_ns) {
-  const std::int64_t longest = to_ns(Physics::kDefaultTimestep);
+// A whole number of steps in each control period, none longer than longest_s.
+std::int64_t step_of(std::int64_t period_ns, double longest_s) {
+  const std::int64_t longest = to_ns(longest_s);
   return period_ns / ((period_ns + longest - 1) / longest);
 }
 
@@ -27,11 +27,13 @@ std::int64_t step_of(std::int64_t period_ns) {
 Plant::Plant(const config::Robot& robot, PlantOptions options)
     : robot_(robot),
       options_(std::move(options)),
-      step_ns_(step_of(robot.period_ns)),
+      step_ns_(step_of(robot.period_ns, options_.timestep_s)),
       physics_(robot_, static_cast<double>(step_ns_) * kNs),
       now_ns_(options_.start_ns),
       torque_(robot_.arm.joints.size(), 0.0),
-      fault_done_(options_.script.faults.size(), false) {
+      fault_done_(options_.script.faults.size(), false),
+      babbling_until_ns_(robot_.arm.buses.size(), 0),
+      held_until_ns_(robot_.arm.buses.size(), 0) {
   for (const drivers::JointOptions& joint : robot_.arm.joints) {
     PlantDrive drive;
     drive.options = &joint;
@@ -47,6 +49,11 @@ Plant::Plant(const config::Robot& robot, PlantOptions options)
     history.name = joint.name;
     history.start = physics_.position(report_.joints.size());
     report_.joints.push_back(std::move(history));
+  }
+  for (const ScriptedFault& fault : options_.script.faults) {
+    if (fault.kind != FaultKind::kDouble) continue;
+    PlantDrive& drive = drives_.at(fault.joint);
+    drive.twin = drive.family->make_simulated(drive.options->drive);
   }
   list_own_ids(robot_);
   for (const LinkForce& force : options_.script.forces) {
@@ -102,6 +109,7 @@ void Plant::one_step() {
   }
   act_out_faults();
   turn_shafts(0.0);
+  turned_ns_ = -1;
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     drivers::SimulatedDrive& drive = *drives_[i].simulated;
     const bool before = drive.enabled();
@@ -129,39 +137,12 @@ void Plant::one_step() {
 void Plant::turn_shafts(double ahead_s) {
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     const drivers::JointOptions& joint = *drives_[i].options;
-    const double gear = joint.direction * joint.ratio;
+    const bool stuck = drives_[i].stuck_position.has_value();
     const double velocity = physics_.velocity(i);
-    const double position = physics_.position(i) + velocity * ahead_s + drives_[i].encoder_offset;
-    drives_[i].simulated->set_shaft((position - joint.offset) / gear, velocity / gear);
-  }
-}
-
-void Plant::act_out_faults() {
-  for (std::size_t i = 0; i < fault_done_.size(); ++i) {
-    if (fault_done_[i]) continue;
-    const ScriptedFault& fault = options_.script.faults[i];
-    if (!fault.from_start && !released()) continue;
-    const std::int64_t from = fault.from_start ? options_.start_ns : release_ns_;
-    if (now_ns_ < from + to_ns(fault.at_s)) continue;
-    fault_done_[i] = true;
-    PlantDrive& drive = drives_[fault.joint];
-    switch (fault.kind) {
-      case FaultKind::kSilent:
-        drive.silent = true;
-        break;
-      case FaultKind::kError:
-        drive.simulated->inject_error(fault.code);
-        break;
-      case FaultKind::kPowerCycle:
-        drive.simulated->power_cycle();
-        break;
-      case FaultKind::kOverTemperature:
-        drive.simulated->set_temperature(fault.value);
-        break;
-      case FaultKind::kJump:
-        drive.encoder_offset += fault.value;
-        break;
-    }
+    const double position =
+        stuck ? *drives_[i].stuck_position
+              : physics_.position(i) + velocity * ahead_s + drives_[i].encoder_offset;
+    set_shaft(*drives_[i].simulated, joint, position, velocity);
   }
 }
 
@@ -206,18 +187,24 @@ void Plant::watch_stand() {
 
 void Plant::hear(std::size_t bus, const drivers::Frame& frame, std::int64_t now_ns,
                  std::vector<Answer>& answers) {
-  turn_shafts(static_cast<double>(std::max<std::int64_t>(now_ns - now_ns_, 0)) * kNs);
+  if (now_ns != turned_ns_) {  // else for the frame before, which came in the same batch
+    turn_shafts(static_cast<double>(std::max<std::int64_t>(now_ns - now_ns_, 0)) * kNs);
+    turned_ns_ = now_ns;
+  }
+  Answer answer;
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     if (drives_[i].options->bus != bus) continue;
-    if (drives_[i].silent) {
+    if (silent(i)) {
       if (addressee(bus, frame) == i) ++report_.joints[i].swallowed;
       continue;
     }
-    Answer answer{i, {}};
+    answer.joint = i;
     if (drives_[i].simulated->receive(frame, now_ns, {&answer.frame, 1}) == 0) continue;
     ++report_.joints[i].heard;
     ++report_.joints[i].answered;
     answers.push_back(answer);
+    if (!drives_[i].twin_answers) continue;
+    if (drives_[i].twin->receive(frame, now_ns, {&answer.frame, 1}) > 0) answers.push_back(answer);
   }
   note_disabled();
 }

@@ -22,7 +22,8 @@ namespace geodesic::tools {
 struct PlantOptions {
   double release_s = 2.0;  ///< the stand lets go when all drives have been enabled this long
   Script script;
-  std::int64_t start_ns = 0;  ///< the clock's first value
+  std::int64_t start_ns = 0;                      ///< the clock's first value
+  double timestep_s = Physics::kDefaultTimestep;  ///< of the mechanics, at most
 };
 
 /// What became of one joint. [rad, N·m] or [m, N].
@@ -41,14 +42,23 @@ struct JointHistory {
   std::uint64_t watchdog_trips = 0;
 };
 
+/// A scripted fault as it happened.
+struct Injection {
+  std::size_t joint = 0;
+  FaultKind kind = FaultKind::kSilent;
+  double at_s = 0.0;       ///< since the start
+  std::int64_t at_ns = 0;  ///< of the plant's clock
+};
+
 struct PlantReport {
   static constexpr double kDriftBin = 0.01;  ///< [s]
   std::vector<JointHistory> joints;
-  std::optional<double> enabled_s;   ///< all drives enabled for the first time, since the start
-  std::optional<double> release_s;   ///< the stand let go, since the start
-  std::optional<double> disabled_s;  ///< a drive left enabled after the release, since the start
-  std::optional<double> rest_s;      ///< at rest after the last push, since the start
-  std::vector<double> drift;         ///< largest of any joint in each kDriftBin since the release
+  std::vector<Injection> injections;  ///< in order of time
+  std::optional<double> enabled_s;    ///< all drives enabled for the first time, since the start
+  std::optional<double> release_s;    ///< the stand let go, since the start
+  std::optional<double> disabled_s;   ///< a drive left enabled after the release, since the start
+  std::optional<double> rest_s;       ///< at rest after the last push, since the start
+  std::vector<double> drift;          ///< largest of any joint in each kDriftBin since the release
   PhysicsEnergy energy_at_release;
   double contact_s = 0.0;  ///< time in contact with the floor
   double contact_force_max_n = 0.0;
@@ -71,6 +81,7 @@ class Plant {
   Plant(const config::Robot& robot, PlantOptions options);
 
   std::int64_t now_ns() const noexcept { return now_ns_; }
+  std::int64_t step_ns() const noexcept { return step_ns_; }
   double elapsed_s() const noexcept;
   bool released() const noexcept { return report_.release_s.has_value(); }
   std::size_t joints() const noexcept { return drives_.size(); }
@@ -80,7 +91,11 @@ class Plant {
   double torque(std::size_t joint) const noexcept { return torque_[joint]; }
   bool enabled(std::size_t joint) const { return drives_[joint].simulated->enabled(); }
   /// A scripted fault has cut its drive off: it neither hears nor answers.
-  bool silent(std::size_t joint) const noexcept { return drives_[joint].silent; }
+  bool silent(std::size_t joint) const noexcept;
+  /// Something floods this bus: none of its drives hears or answers.
+  bool babbling(std::size_t bus) const noexcept { return now_ns_ < babbling_until_ns_[bus]; }
+  /// Nothing is to move on this bus.
+  bool held(std::size_t bus) const noexcept { return now_ns_ < held_until_ns_[bus]; }
   const std::vector<std::string>& warnings() const noexcept { return physics_.warnings(); }
   Physics& physics() noexcept { return physics_; }
   const PlantReport& report() const noexcept { return report_; }
@@ -106,14 +121,20 @@ class Plant {
     const drivers::Family* family = nullptr;
     std::unique_ptr<drivers::SimulatedDrive> simulated;
     std::vector<drivers::IdFilter> own_ids;  // command identifiers nobody else on the bus has
-    bool silent = false;
-    double encoder_offset = 0.0;  // [rad or m] at the joint
+    std::int64_t silent_until_ns = 0;
+    double encoder_offset = 0.0;                    // [rad or m] at the joint
+    std::optional<double> stuck_position;           // [rad or m] at the joint
+    std::unique_ptr<drivers::SimulatedDrive> twin;  // where the script has one
+    bool twin_answers = false;
   };
 
   void list_own_ids(const config::Robot& robot);
   void one_step();
   void turn_shafts(double ahead_s);
   void act_out_faults();
+  void act_out(const ScriptedFault& fault);
+  static void set_shaft(drivers::SimulatedDrive& drive, const drivers::JointOptions& joint,
+                        double position, double velocity);
   void act_out_pushes(double since_release_s);
   /// The stand gives each joint what its drive does not, up to what the pose needs, and resists
   /// nothing: torque beyond the need, or of the wrong sign, moves the arm off it.
@@ -129,9 +150,12 @@ class Plant {
   std::int64_t step_ns_;
   Physics physics_;
   std::int64_t now_ns_;
+  std::int64_t turned_ns_ = -1;  ///< the shafts stand where they are then; -1: somewhere
   std::vector<PlantDrive> drives_;
   std::vector<double> torque_;
   std::vector<bool> fault_done_;
+  std::vector<std::int64_t> babbling_until_ns_;  // of each bus
+  std::vector<std::int64_t> held_until_ns_;
   std::vector<int> force_link_;
   bool forces_act_ = false;
   std::int64_t enabled_since_ns_ = -1;

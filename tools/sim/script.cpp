@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -90,6 +92,30 @@ std::uint8_t error_code(std::string_view text, std::string_view whole, std::stri
   return static_cast<std::uint8_t>(value);
 }
 
+enum class Takes : std::uint8_t { kNone, kMaybe, kNeeded };
+
+struct KindFacts {
+  const char* name;
+  Takes takes;
+  std::string_view unit;
+  double value;  // without one
+};
+
+constexpr std::string_view kSeconds = "time";
+
+// In the order of FaultKind.
+constexpr std::array<KindFacts, 9> kKinds{{
+    {"silent", Takes::kMaybe, kSeconds, 0.0},
+    {"error", Takes::kNeeded, "code", 0.0},
+    {"power-cycle", Takes::kNone, "", 0.0},
+    {"temperature", Takes::kNeeded, "temperature", 0.0},
+    {"encoder-jump", Takes::kMaybe, "angle", 1.0},
+    {"encoder-stuck", Takes::kNone, "", 0.0},
+    {"double", Takes::kMaybe, "angle", 0.5},
+    {"babble", Takes::kMaybe, kSeconds, 0.0},
+    {"hold-bus", Takes::kNeeded, kSeconds, 0.0},
+}};
+
 }  // namespace
 
 std::vector<double> parse_numbers(std::string_view text, std::string_view what) {
@@ -126,13 +152,16 @@ LinkForce parse_force(std::string_view text, const config::Robot& robot) {
   refuse(text, fmt::format("the robot has no link '{}'", parts.who), "one of " + names);
 }
 
+const char* to_string(FaultKind kind) noexcept {
+  return kKinds[static_cast<std::size_t>(kind)].name;
+}
+
 ScriptedFault parse_fault(std::string_view text, const config::Robot& robot) {
   constexpr std::string_view kExpected =
-      "JOINT:KIND@T or JOINT:KIND@start+T with KIND silent, error=CODE, power-cycle, "
-      "over-temperature[=CELSIUS] or jump[=RAD], for example joint2:error=0xB@3";
+      "JOINT:KIND@T or JOINT:KIND@start+T with KIND silent[=SECONDS], error=CODE, power-cycle, "
+      "temperature=CELSIUS, encoder-jump[=RAD], encoder-stuck, double[=RAD], babble[=SECONDS] or "
+      "hold-bus=SECONDS, for example joint2:error=0xB@3";
   constexpr std::string_view kStart = "start";
-  constexpr double kHot = 120.0;
-  constexpr double kFar = 1.0;
   const Parts parts = cut(text, kExpected);
   ScriptedFault fault;
   fault.joint = find_joint(parts.who, text, robot);
@@ -145,25 +174,28 @@ ScriptedFault parse_fault(std::string_view text, const config::Robot& robot) {
   if (fault.at_s < 0.0) refuse(text, "it begins before its time", kExpected);
 
   const std::size_t equals = parts.what.find('=');
-  const std::string_view kind = parts.what.substr(0, equals);
-  const bool has_value = equals != std::string_view::npos;
-  const std::string_view value = has_value ? parts.what.substr(equals + 1) : std::string_view();
-  if (kind == "silent" && !has_value) {
-    fault.kind = FaultKind::kSilent;
-  } else if (kind == "power-cycle" && !has_value) {
-    fault.kind = FaultKind::kPowerCycle;
-  } else if (kind == "error" && has_value) {
-    fault.kind = FaultKind::kError;
-    fault.code = error_code(value, text, kExpected);
-  } else if (kind == "over-temperature") {
-    fault.kind = FaultKind::kOverTemperature;
-    fault.value = has_value ? number(value, text, "temperature", kExpected) : kHot;
-  } else if (kind == "jump") {
-    fault.kind = FaultKind::kJump;
-    fault.value = has_value ? number(value, text, "angle", kExpected) : kFar;
-  } else {
-    refuse(text, fmt::format("there is no fault '{}'", parts.what), kExpected);
+  const std::string_view name = parts.what.substr(0, equals);
+  const auto* kind = std::find_if(kKinds.begin(), kKinds.end(),
+                                  [&](const KindFacts& facts) { return facts.name == name; });
+  if (kind == kKinds.end()) {
+    refuse(text, fmt::format("there is no fault '{}'", name), kExpected);
   }
+  fault.kind = static_cast<FaultKind>(kind - kKinds.begin());
+  fault.value = kind->value;
+  if (equals == std::string_view::npos) {
+    if (kind->takes == Takes::kNeeded)
+      refuse(text, fmt::format("'{}' needs a value", name), kExpected);
+    return fault;
+  }
+  const std::string_view value = parts.what.substr(equals + 1);
+  if (kind->takes == Takes::kNone)
+    refuse(text, fmt::format("'{}' takes no value", name), kExpected);
+  if (fault.kind == FaultKind::kError) {
+    fault.code = error_code(value, text, kExpected);
+    return fault;
+  }
+  fault.value = number(value, text, kind->unit, kExpected);
+  if (kind->unit == kSeconds && fault.value <= 0.0) refuse(text, "it takes no time", kExpected);
   return fault;
 }
 

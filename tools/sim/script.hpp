@@ -28,12 +28,19 @@ struct LinkForce {
 };
 
 enum class FaultKind : std::uint8_t {
-  kSilent,           ///< neither hears nor answers (a pulled cable)
-  kError,            ///< falls into its family's error `code`
-  kPowerCycle,       ///< off and on
-  kOverTemperature,  ///< reports `value` °C
-  kJump,             ///< its encoder is off by `value` from now on [rad or m at the joint]
+  kSilent,        ///< neither hears nor answers (a pulled cable) for `value` s; 0: from now on
+  kError,         ///< falls into its family's error `code`
+  kPowerCycle,    ///< off and on
+  kTemperature,   ///< is `value` °C warm from now on
+  kEncoderJump,   ///< its encoder is off by `value` from now on [rad or m at the joint]
+  kEncoderStuck,  ///< its position stands still from now on; its velocity stays true
+  kDouble,        ///< a second drive with its identifiers answers too, `value` away and not moving
+  kBabble,        ///< something on its bus floods it, and wins every arbitration, for `value` s
+  kHoldBus,       ///< nothing moves on its bus for `value` s, then everything that waited
 };
+
+/// As the command line spells it.
+const char* to_string(FaultKind kind) noexcept;
 
 struct ScriptedFault {
   std::size_t joint = 0;
@@ -57,8 +64,9 @@ Push parse_push(std::string_view text, const config::Robot& robot);
 /// "LINK:FX,FY,FZ@T+D". @throws as above.
 LinkForce parse_force(std::string_view text, const config::Robot& robot);
 
-/// "JOINT:KIND@T" or "JOINT:KIND@start+T" with KIND one of silent, error=CODE, power-cycle,
-/// over-temperature[=C], jump[=RAD]. @throws as above.
+/// "JOINT:KIND@T" or "JOINT:KIND@start+T" with KIND one of silent[=S], error=CODE, power-cycle,
+/// temperature=C, encoder-jump[=RAD], encoder-stuck, double[=RAD], babble[=S], hold-bus=S.
+/// @throws as above.
 ScriptedFault parse_fault(std::string_view text, const config::Robot& robot);
 
 /// "a,b,c": as many finite numbers. @throws as above; `what` names them in the error.

@@ -51,6 +51,19 @@ void SimBuses::wait_for(std::int64_t duration_ns, const sigset_t& mask) {
   if (ppoll(polled.data(), count, &timeout, &mask) <= 0) idle_wakes_ = -1;
 }
 
+void SimBuses::hold(std::size_t bus, bool held) {
+  Entry& entry = buses_[bus];
+  if (entry.hub == nullptr || entry.held == held) return;
+  entry.held = held;
+  entry.hub->hold(held);
+}
+
+void SimBuses::flood(std::size_t bus, std::size_t frames) {
+  drivers::Frame frame;  // identifier 0
+  frame.length = 8;
+  for (std::size_t i = 0; i < frames; ++i) queue(bus, frame);
+}
+
 void SimBuses::queue(std::size_t bus, const drivers::Frame& frame) {
   buses_[bus].outgoing.push_back(frame);
 }

@@ -25,6 +25,11 @@ class SimBuses {
   const drivers::BusCounters& counters(std::size_t bus) const { return entry(bus).bus->counters(); }
   std::uint64_t dropped(std::size_t bus) const noexcept { return entry(bus).dropped; }
 
+  /// Holds a hub hosted here still, or lets it go.
+  void hold(std::size_t bus, bool held);
+  /// Queues `frames` frames that win every arbitration.
+  void flood(std::size_t bus, std::size_t frames);
+
   /// Sleeps until a frame has come, a signal that `mask` lets through, or until_ns
   /// (CLOCK_MONOTONIC).
   void wait(std::int64_t until_ns, const sigset_t& mask);
@@ -62,6 +67,7 @@ class SimBuses {
     std::unique_ptr<drivers::Bus> bus;
     std::vector<drivers::Frame> outgoing;
     std::uint64_t dropped = 0;
+    bool held = false;
   };
   const Entry& entry(std::size_t bus) const noexcept { return buses_[bus]; }
 

@@ -16,8 +16,6 @@
 namespace geodesic::tools {
 namespace {
 
-constexpr int kPriority = 10;
-
 std::string ready_line(const SimBuses& buses, std::size_t drives, bool lockstep) {
   std::string where;
   for (std::size_t bus = 0; bus < buses.size(); ++bus) {
@@ -29,15 +27,32 @@ std::string ready_line(const SimBuses& buses, std::size_t drives, bool lockstep)
                      lockstep ? "time locked to the commands" : "in real time");
 }
 
+void check_script(const SimulationSettings& settings, const config::Robot& robot,
+                  const SimBuses& buses) {
+  for (const ScriptedFault& fault : settings.plant.script.faults) {
+    if (fault.kind != FaultKind::kHoldBus) continue;
+    const std::size_t bus = robot.arm.joints.at(fault.joint).bus;
+    if (settings.lockstep || !buses.hosts_hub(bus)) {
+      throw std::invalid_argument(
+          fmt::format("fault hold-bus on {}: only a socket bus (unix:PATH) that this simulator "
+                      "serves itself, in real time, can be held still; {}",
+                      buses.interface(bus),
+                      settings.lockstep ? "leave out --lockstep"
+                                        : "on vcan use `tc qdisc add dev ... root netem delay`"));
+    }
+  }
+}
+
 }  // namespace
 
 SimulationReport run_simulation(const config::Robot& robot, const SimulationSettings& settings,
                                 const std::atomic<bool>& stop, const sigset_t& waiting_mask) {
   SimulationReport report;
-  // Real drives are never late for want of a processor. Where it is allowed, neither are these: far
-  // below the daemon's priority, and asleep most of the time. A hub's thread inherits it.
+  // Real drives are never late for want of a processor. Where it is allowed, neither are these: by
+  // default far below the daemon's priority, and asleep most of the time. A hub's thread inherits
+  // it.
   if (!settings.lockstep) {
-    const sched_param priority{kPriority};
+    const sched_param priority{settings.priority};
     report.realtime = sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
   } else {
     // The first of a set of commands must not put us in front of their sender: we would answer to
@@ -46,6 +61,7 @@ SimulationReport run_simulation(const config::Robot& robot, const SimulationSett
     sched_setscheduler(0, SCHED_BATCH, &none);
   }
   SimBuses buses(robot.arm.buses);
+  check_script(settings, robot, buses);
   PlantOptions plant_options = settings.plant;
   plant_options.start_ns = settings.lockstep ? robot.period_ns : rt::now_ns();
   Plant plant(robot, plant_options);
@@ -71,6 +87,7 @@ SimulationReport run_simulation(const config::Robot& robot, const SimulationSett
 
   report.plant = plant.report();
   report.simulated_s = plant.elapsed_s();
+  report.start_ns = plant_options.start_ns;
   report.energy = plant.physics().energy();
   for (std::size_t i = 0; i < plant.joints(); ++i) {
     report.enabled.push_back(plant.enabled(i));

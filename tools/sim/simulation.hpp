@@ -20,6 +20,7 @@ struct SimulationSettings {
   PlantOptions plant;
   bool lockstep = false;        ///< one period of physics for each complete set of commands
   bool wire = true;             ///< replies come when a real wire would carry them; real time only
+  int priority = 10;            ///< SCHED_FIFO, where it is allowed; real time only
   double seconds = 0.0;         ///< simulated seconds after which it ends by itself; 0: never
   std::filesystem::path trace;  ///< empty: none
   double trace_hz = 100.0;
@@ -44,6 +45,7 @@ struct SimulationReport {
   std::vector<SimulatedBusReport> buses;
   std::vector<std::string> warnings;
   double simulated_s = 0.0;
+  std::int64_t start_ns = 0;          ///< of its clock: CLOCK_MONOTONIC, in lockstep one period
   std::uint64_t sets = 0;             ///< lockstep: complete sets of commands
   std::uint64_t incomplete_sets = 0;  ///< lockstep: sets given up waiting for
   bool realtime = false;              ///< real time: the kernel granted SCHED_FIFO

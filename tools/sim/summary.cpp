@@ -66,6 +66,13 @@ ordered_json to_json(const SimulationReport& report, const config::Robot& robot)
   ordered_json joints = ordered_json::array();
   for (std::size_t i = 0; i < plant.joints.size(); ++i)
     joints.push_back(joint_json(report, robot, i));
+  ordered_json injections = ordered_json::array();
+  for (const Injection& injection : plant.injections) {
+    injections.push_back({{"joint", plant.joints[injection.joint].name},
+                          {"fault", to_string(injection.kind)},
+                          {"at_s", injection.at_s},
+                          {"at_ns", injection.at_ns}});
+  }
   ordered_json buses = ordered_json::array();
   for (const SimulatedBusReport& bus : report.buses) {
     buses.push_back({{"interface", bus.interface},
@@ -79,6 +86,7 @@ ordered_json to_json(const SimulationReport& report, const config::Robot& robot)
   }
   return {{"robot", robot.name},
           {"simulated_s", report.simulated_s},
+          {"start_ns", report.start_ns},
           {"enabled_at_s", optional(plant.enabled_s)},
           {"release_at_s", optional(plant.release_s)},
           {"disabled_at_s", optional(plant.disabled_s)},
@@ -99,6 +107,7 @@ ordered_json to_json(const SimulationReport& report, const config::Robot& robot)
           {"realtime", report.realtime},
           {"late_max_s", report.late_max_s},
           {"slipped_s", report.slipped_s},
+          {"injections", std::move(injections)},
           {"joints", std::move(joints)},
           {"buses", std::move(buses)},
           {"warnings", report.warnings}};

@@ -16,7 +16,7 @@ struct Machine {
   std::int64_t now_ns = 5'000'000'000;
 
   Machine() {
-    options.joints = kJoints;
+    options.joints = kAll;
     flags.fresh = kAll;
   }
 

@@ -17,7 +17,9 @@ TEST(Policy, HasOneLineForEveryFaultInOrder) {
     EXPECT_EQ(line.fault, static_cast<Fault>(i));
     EXPECT_TRUE(names.insert(line.name).second) << line.name;
     EXPECT_NE(std::string(line.meaning), "");
-    EXPECT_NE(std::string(line.clears), "");
+    EXPECT_NE(std::string(line.detection), "");
+    EXPECT_STRNE(to_string(line.within), "?") << line.name;
+    EXPECT_NE(states_in_words(line.states), "");
     EXPECT_NE(line.action, Action::kNone) << line.name;
     EXPECT_NE(line.states, 0u) << line.name;
     EXPECT_FALSE(has(line.states, static_cast<std::size_t>(SupervisorState::kOff))) << line.name;
@@ -27,7 +29,8 @@ TEST(Policy, HasOneLineForEveryFaultInOrder) {
 
 TEST(Policy, ActionsRiseInSeverity) {
   EXPECT_LT(Action::kWarn, Action::kRefuse);
-  EXPECT_LT(Action::kRefuse, Action::kControlledStop);
+  EXPECT_LT(Action::kRefuse, Action::kDamp);
+  EXPECT_LT(Action::kDamp, Action::kControlledStop);
   EXPECT_LT(Action::kControlledStop, Action::kDriveDamping);
   EXPECT_LT(Action::kDriveDamping, Action::kTorqueOff);
 }
@@ -41,7 +44,8 @@ TEST(Policy, NeverDropsAnArmWhoseEncodersAreTrusted) {
       EXPECT_NE(line.action, Action::kTorqueOff) << line.name;
     }
     if (line.action == Action::kDriveDamping) {
-      EXPECT_TRUE(line.fault == Fault::kEncoderJump || line.fault == Fault::kNotFinite);
+      EXPECT_TRUE(line.fault == Fault::kEncoderJump || line.fault == Fault::kEncoderStuck ||
+                  line.fault == Fault::kNotFinite);
     }
   }
 }

@@ -251,7 +251,7 @@ TEST(Supervisor, AWarningIsToldOncePerRise) {
 
 TEST(Supervisor, MoreEventsThanFitAreToldLater) {
   Machine machine;
-  machine.options.joints = kMaxJoints;
+  machine.options.joints = first(kMaxJoints);
   machine.flags.fresh = ~BitSet{0};
   const auto run = [&machine](int steps) {
     for (int i = 0; i < steps; ++i) {

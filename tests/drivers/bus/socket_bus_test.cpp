@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <thread>
 
 #include "drivers/bus/bit_timing.hpp"
 #include "drivers/bus/socket_bus_hub.hpp"
@@ -247,6 +248,31 @@ TEST_F(SocketBusTest, TheHubsEndIsSeenAndANewOneIsFound) {
   EXPECT_FALSE(host->state().down);
 }
 
+TEST_F(SocketBusTest, ATendedBusIsConnectedAgainByWhoTendsAlone) {
+  serve();
+  const auto host = commander();
+  host->tend();
+  const int descriptor = host->descriptor();
+  for (int round = 0; round < 3; ++round) {
+    hub_.reset();
+    EXPECT_TRUE(eventually([&] {
+      receive_for(*host, kMillisecond);
+      return host->state().down;
+    }));
+    serve();
+    for (int i = 0; i < 200; ++i) {  // however often: a sealed thread could not connect
+      EXPECT_EQ(host->send(make_cycle(0x01, 8, 1)), 0U);
+    }
+    EXPECT_TRUE(host->state().down);
+    EXPECT_TRUE(eventually([&] {
+      host->tend();
+      return host->send(make_cycle(0x01, 8, 2)) > 0;
+    }));
+    EXPECT_FALSE(host->state().down);
+    EXPECT_EQ(host->descriptor(), descriptor);
+  }
+}
+
 TEST_F(SocketBusTest, NobodyServing) {
   BusOptions options;
   options.interface = "unix:" + path_;
@@ -339,6 +365,26 @@ TEST_F(SocketBusTest, ReceiveIsBoundedByTheCallersRoom) {
     total += n;
     return total == 40;
   }));
+}
+
+TEST_F(SocketBusTest, SleepsWhileAClientThatHungUpCannotBeReadYet) {
+  serve();
+  auto flooder = monitor();
+  hub_->hold(true);
+  std::vector<Frame> batch(Bus::kMaxBatch, make_frame(0x300));
+  for (int i = 0; i < 40; ++i) flooder->send(batch);  // more than the hub lets wait
+  flooder.reset();
+  const auto busy_ns = [] {
+    timespec used{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+    return used.tv_sec * std::int64_t{1'000'000'000} + used.tv_nsec;
+  };
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const std::int64_t before = busy_ns();
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  EXPECT_LT(busy_ns() - before, 20 * kMillisecond) << "the hub spins";
+  hub_->hold(false);
+  EXPECT_TRUE(eventually([&] { return hub_->counters().clients == 0; }));
 }
 
 }  // namespace

@@ -126,6 +126,37 @@ TEST(Traffic, DoubtsAnUnconfirmedCycleOnceOnly) {
   EXPECT_TRUE(traffic.doubt_in_flight());
 }
 
+TEST(Traffic, ConfirmationsOfAForgottenCycleAreNotTakenForTheNextOnes) {
+  Traffic traffic(commander(), 16);
+  traffic.handed_over(2, 2, 2, 100);
+  ASSERT_TRUE(traffic.doubt_in_flight());
+  traffic.handed_over(2, 2, 2, 200);
+  traffic.confirmed();  // the held frames leave after all, first in first out
+  traffic.confirmed();
+  EXPECT_EQ(traffic.in_flight(), 2U) << "a third cycle would go behind the second";
+  traffic.confirmed();
+  traffic.confirmed();
+  EXPECT_EQ(traffic.in_flight(), 0U);
+}
+
+TEST(Traffic, LostConfirmationsDelayOneCycleMoreAndNoOtherAfterIt) {
+  Traffic traffic(commander(), 16);
+  traffic.handed_over(2, 2, 2, 100);
+  traffic.confirmed();  // the other one is lost
+  ASSERT_TRUE(traffic.doubt_in_flight());
+  traffic.handed_over(2, 2, 2, 200);
+  traffic.confirmed();
+  traffic.confirmed();
+  EXPECT_EQ(traffic.in_flight(), 1U);
+  ASSERT_TRUE(traffic.doubt_in_flight());
+  for (int cycle = 3; cycle < 10; ++cycle) {
+    traffic.handed_over(2, 2, 2, cycle * 100);
+    traffic.confirmed();
+    traffic.confirmed();
+    EXPECT_EQ(traffic.in_flight(), 0U) << cycle;
+  }
+}
+
 TEST(Traffic, ABusOffEndsWhenAFrameHandedOverAfterItHasLeft) {
   Traffic traffic(commander(), 16);
   traffic.handed_over(1, 1, 1, 100);

@@ -245,6 +245,29 @@ TEST_F(DamiaoDriver, AStateThatLooksLikeARegisterAnswerIsAState) {
   EXPECT_NEAR(bench.driver.state().position_rad, -12.5, 0.03);
 }
 
+TEST_F(DamiaoDriver, PositionGoesOnWhereTheDriveWraps) {
+  for (const double speed : {30.0, -30.0}) {
+    const double from = bench.driver.state().position_rad;
+    double shaft = from;
+    for (int i = 0; i < 2500; ++i) {  // 75 rad: three spans
+      shaft += speed * 1e-3;
+      bench.drive.set_shaft(shaft, speed);
+      bench.cycle(enable());
+      ASSERT_NEAR(bench.driver.state().position_rad, shaft, 1e-3) << i;
+    }
+  }
+  // Back in the first span; a commanded position is one the drive can follow.
+  bench.drive.set_shaft(12.4, 30.0);
+  bench.run(200, enable());
+  bench.drive.set_shaft(12.6, 30.0);
+  bench.run(2, enable());
+  DriveCommand command = enable();
+  command.position_rad = bench.driver.state().position_rad;
+  command.stiffness_nm_rad = 50.0;
+  bench.run(2, command);
+  EXPECT_NEAR(bench.drive.torque_nm(bench.now_ns), 0.0, 0.1);
+}
+
 TEST_F(DamiaoDriver, NeverAllocates) {
   bench.sent.reserve(10'000);
   Bench fresh;

@@ -1,0 +1,27 @@
+// Giving up what this process may do beyond its user's rights: all but the two capabilities of real
+// time at the start, those too once the loop runs. What it has is read by privileges.hpp.
+#pragma once
+
+#include <string>
+
+namespace geodesic::rt {
+
+/// Keeps CAP_SYS_NICE and CAP_IPC_LOCK of what the process has, gives up every other capability,
+/// also for programs it might start, and forbids new privileges. Before, it lifts RLIMIT_MEMLOCK as
+/// far as it may, so that locked memory can grow when the capability is gone. To be called before
+/// the first thread is started. Not real-time.
+/// @return the capabilities given up, "cap_net_admin,cap_net_raw"; empty: there were none.
+std::string keep_realtime_capabilities();
+
+/// Gives up every capability of the calling thread for good; the scheduling it has and the memory
+/// it has locked stay. Allocates nothing. @return 0 or errno. Not real-time.
+int drop_thread_capabilities() noexcept;
+
+/// Which thread of this process still has a capability in any of its sets but the bounding one:
+/// "THREAD: CapPrm 0000000000804000"; empty: none. Not real-time.
+std::string capabilities_left();
+
+/// Whether keep_realtime_capabilities() has forbidden new privileges, and nobody before it.
+bool forbade_new_privileges() noexcept;
+
+}  // namespace geodesic::rt

@@ -1,0 +1,54 @@
+// The door through which a dynamics library is asked: plain C data and functions, so that each
+// library can live in a shared object of its own, built the way that library wants to be built.
+#pragma once
+
+namespace geodesic::bench {
+
+/// A rigid body and the joint that carries it. Matrices row-major, SI units.
+struct PeerBody {
+  int parent;  ///< index, less than its own; -1: the world
+  enum Kind : int { kFixed, kRevolute, kPrismatic } kind;
+  double rotation[9];     ///< parent_from_joint at position 0
+  double translation[3];  ///< [m]
+  double axis[3];         ///< unit, joint frame, which is the body's too
+  double mass;            ///< [kg]
+  double com[3];          ///< [m]
+  double inertia[9];      ///< about the centre of mass, along the body's axes [kg·m²]
+};
+
+struct PeerRobot {
+  const PeerBody* body;  ///< degrees of freedom in the order of the moving bodies
+  int bodies;
+  int dof;
+  double gravity[3];  ///< world [m/s²]
+};
+
+enum PeerFunction : unsigned {
+  kBias,             ///< (q, v) -> C v + g
+  kGravity,          ///< (q) -> g
+  kInverseDynamics,  ///< (q, v, x = a) -> M a + C v + g
+  kMassMatrix,       ///< (q) -> M, dof x dof
+  kForwardDynamics,  ///< (q, v, x = tau) -> a
+  kPeerFunctions,
+};
+
+/// `out` has dof numbers, of kMassMatrix dof * dof.
+using PeerCall = void (*)(void* model, const double* q, const double* v, const double* x,
+                          double* out);
+
+struct Peer {
+  const char* name;
+  const char* version;
+  /// How far its results may be from ours, relative to the largest entry, and still be right.
+  double agreement;
+  /// Null where the library cannot have such a robot; *why then says so, a literal.
+  void* (*make)(const PeerRobot* robot, const char** why);
+  void (*destroy)(void* model);
+  PeerCall call[kPeerFunctions];  ///< null: the library has no such function
+};
+
+/// What each shared object exports.
+using PeerEntry = const Peer* (*)();
+inline constexpr const char* kPeerEntry = "geodesic_bench_peer";
+
+}  // namespace geodesic::bench
