@@ -243,7 +243,7 @@ double authority(const SupervisorMemory& memory, std::int64_t now_ns) noexcept {
 BitSet silent_joints(const SupervisorOptions& options, const SupervisorMemory& memory) noexcept {
   const int cycles = cycles_to_detect(Fault::kJointSilent, options.safety);
   BitSet set = 0;
-  for (BitSet left = options.joints; left != 0; left &= left - 1) {  // asked for often: no more
+  for (BitSet left = options.joints; left != 0; left &= left - 1) {  // not all 32: it is hot
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
     set |= memory.silent[i] >= cycles ? bit(i) : 0;
   }

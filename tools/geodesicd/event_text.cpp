@@ -219,7 +219,7 @@ EventText describe_state(const Event& event, const Vocabulary& words, double mom
   const bool of_arm = event.kind == Event::Kind::kArmState;
   const std::string arm = of_arm ? words.arm(static_cast<std::size_t>(event.arm)) : std::string();
   result.text =
-      fmt::format("{}{} -> {}{} [t = {:.3f} s]", of_arm ? "arm " + arm + ": " : arm,
+      fmt::format("{}{} -> {}{} [t = {:.3f} s]", of_arm ? fmt::format("arm {}: ", arm) : "",
                   control::to_string(event.from), control::to_string(event.to),
                   active ? fmt::format("({})", control::to_string(event.law)) : "", moment_s);
   result.fields = {{"event", of_arm ? "arm_state" : "state"},

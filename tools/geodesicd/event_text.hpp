@@ -19,8 +19,8 @@ struct Vocabulary {
   explicit Vocabulary(const config::Robot& of);
 
   const std::string& joint(std::size_t index) const;
-  /// Name and interface: "arm (can0)".
   std::string arm(std::size_t index) const;
+  /// Name and interface: "arm (can0)".
   std::string bus(std::size_t index) const;
   const char* position_unit(int joint) const;  ///< "rad" or "m"; kNoJoint: "rad"
   const char* velocity_unit(int joint) const;

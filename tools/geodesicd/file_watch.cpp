@@ -97,9 +97,8 @@ bool FileWatch::changed(Clock::time_point now) {
   bool event = drain();
   if (now - last_look_ >= kLook) {
     last_look_ = now;
-    const bool was_blind = !problem_.empty();
     watch_folders();
-    event = event || was_blind || !problem_.empty();
+    event = true;
   }
   if (event && look()) {
     pending_ = true;

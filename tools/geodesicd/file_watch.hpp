@@ -12,8 +12,9 @@
 namespace geodesic::tools {
 
 /// Watches the folders that hold the files (inotify), since editors write beside and rename; where
-/// a file is a symbolic link, its target's folder too. Where there is no inotify, or a folder is
-/// gone, it looks at the files once a second instead.
+/// a file is a symbolic link, its target's folder too. It also looks at the files once a second:
+/// not every file system tells of every change (those of a network, of a container's host), and
+/// nobody tells where there is no inotify or a folder is gone.
 class FileWatch {
  public:
   using Clock = std::chrono::steady_clock;
