@@ -104,19 +104,7 @@ class TreeDifference {
     return fmt::format("[{}, {}, {}; {}, {}, {}]", i(0, 0), i(1, 1), i(2, 2), i(0, 1), i(0, 2),
                        i(1, 2));
   }
-  static std::string kind(const JointDescription& joint) {
-    switch (joint.kind) {
-      case control::JointKind::kFixed:
-        return "fixed";
-      case control::JointKind::kRevolute:
-        return "revolute";
-      case control::JointKind::kContinuous:
-        return "continuous";
-      case control::JointKind::kPrismatic:
-        break;
-    }
-    return "prismatic";
-  }
+  static std::string kind(const JointDescription& joint) { return control::kind_name(joint.kind); }
   static std::string pose(const JointDescription& joint) {
     const Eigen::Matrix3d r = joint.parent_from_joint.linear();
     return fmt::format("{} {} {} {}", numbers(joint.parent_from_joint.translation()),

@@ -44,6 +44,21 @@ UrdfResult read_urdf(const RobotFile& file, const LoadOptions& options, Robot& r
   return result;
 }
 
+/// A drive moves one degree of freedom; what `geodesic model` takes beyond that has none.
+void refuse_joints_without_drive(Draft& draft) {
+  if (!draft.urdf.ok) return;
+  for (const control::JointDescription& joint : draft.urdf.tree.joints) {
+    if (control::freedoms(joint.kind) <= 1) continue;
+    draft.urdf.ok = false;
+    draft.findings.error(
+        draft.urdf.joints.at(joint.name),
+        fmt::format("joint {} is {}: no drive can move it; expected revolute, continuous, "
+                    "prismatic or fixed (a root link that moves freely is known to "
+                    "`geodesic model --floating` only)",
+                    quote(joint.name), control::kind_name(joint.kind)));
+  }
+}
+
 /// One number of cycles against the next: told at the one that the file gives.
 void check_order(const Given<std::int64_t>& less, const char* less_key,
                  const Given<std::int64_t>& more, const char* more_key, bool holds,
@@ -69,7 +84,11 @@ void fill_plain_options(Draft& draft) {
   robot.controller.law = law_named(file.control.law.value);
   robot.controller.start_active = file.control.start_active.value;
   robot.controller.velocity_filter_hz = file.control.velocity_filter_hz.value;
+  robot.controller.coriolis = file.control.coriolis.value;
   robot.controller.retune_s = file.control.retune_s.value;
+  if (file.control.compiled.given && !file.control.compiled.value.empty()) {
+    robot.compiled = robot.file.parent_path() / file.control.compiled.value;
+  }
 
   control::SafetyOptions& to = robot.controller.safety;
   const SafetyEntry& from = file.safety;
@@ -139,6 +158,7 @@ LoadResult load_robot(const std::filesystem::path& file, const LoadOptions& opti
     UrdfResult urdf = read_urdf(written, options, result.robot, findings);
     result.text.urdf = urdf.text;
     Draft draft{written, options, urdf, result.robot, findings};
+    refuse_joints_without_drive(draft);
     fill_plain_options(draft);
     apply_locks(draft);
     fill_buses(draft);

@@ -87,6 +87,7 @@ struct Robot {
   control::TreeDescription tree;             ///< joints that the file locks are fixed in here
   drivers::ArmOptions arm;
   control::ControllerOptions controller;
+  std::filesystem::path compiled;  ///< shared object of the model; empty: none
   RealtimeOptions realtime;
   SimulationOptions simulation;
   std::vector<Payload> payloads;

@@ -106,12 +106,28 @@ void describe_control(OptionVisitor& o, ControlEntry& e) {
             .range = between(0, 10'000),
             .live = kLive},
            e.velocity_filter_hz);
+  o.number(
+      {.key = "coriolis",
+       .doc = "Share of the Coriolis torque that is compensated, beside gravity. 1: left alone, "
+              "joints keep their velocities; 0: the arm moves along geodesics of its "
+              "kinetic-energy metric, as a weightless body would.",
+       .range = between(0, 1),
+       .live = kLive},
+      e.coriolis);
   o.number({.key = "retune_s",
             .doc = "When options change while the arm runs, torque goes over to them in this time.",
             .unit = "s",
             .range = between(0.01, 60),
             .live = kLive},
            e.retune_s);
+  o.text(
+      {.key = "compiled",
+       .doc = "The model's functions as `geodesic compile` has built them for this robot, beside "
+              "this file; refused at the start if they are another robot's or differ from the "
+              "model.",
+       .default_text = "none",
+       .live = kRestart},
+      e.compiled);
 }
 
 constexpr std::array<std::string_view, 2> kOtherArm = {"stop", "carry_on"};

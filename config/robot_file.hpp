@@ -79,7 +79,9 @@ struct ControlEntry {
   Given<std::string> law{"float", false, {}};
   Given<bool> start_active{control::ControllerOptions{}.start_active, false, {}};
   Given<double> velocity_filter_hz{control::ControllerOptions{}.velocity_filter_hz, false, {}};
+  Given<double> coriolis{control::ControllerOptions{}.coriolis, false, {}};
   Given<double> retune_s{control::ControllerOptions{}.retune_s, false, {}};
+  Given<std::string> compiled;
 };
 
 struct SafetyEntry {

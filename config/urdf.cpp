@@ -123,6 +123,10 @@ control::JointKind kind(const urdf::Joint& joint) {
       return control::JointKind::kContinuous;
     case urdf::Joint::PRISMATIC:
       return control::JointKind::kPrismatic;
+    case urdf::Joint::PLANAR:
+      return control::JointKind::kPlanar;
+    case urdf::Joint::FLOATING:
+      return control::JointKind::kFloating;
     default:
       return control::JointKind::kFixed;  // all others were refused by check_urdf
   }
@@ -137,11 +141,14 @@ control::JointDescription convert(const urdf::Joint& joint) {
   const urdf::Pose& pose = joint.parent_to_joint_origin_transform;
   out.parent_from_joint.linear() = rotation(pose.rotation);
   out.parent_from_joint.translation() = vector(pose.position);
-  if (out.kind == control::JointKind::kFixed) return out;
+  if (out.kind == control::JointKind::kFixed || out.kind == control::JointKind::kFloating) {
+    return out;
+  }
   const Eigen::Vector3d axis = vector(joint.axis);
   const double length = axis.norm();
   out.axis = length == 1.0 ? axis : Eigen::Vector3d(axis / length);
-  if (joint.limits != nullptr) {
+  // What a limit of a planar joint would bound, URDF does not say.
+  if (joint.limits != nullptr && control::freedoms(out.kind) == 1) {
     if (out.kind != control::JointKind::kContinuous) {
       out.lower = joint.limits->lower;
       out.upper = joint.limits->upper;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <set>
+#include <string_view>
 
 namespace geodesic::config {
 namespace {
@@ -19,6 +20,10 @@ std::vector<std::string> names_of(const std::map<std::string, T>& map) {
   names.reserve(map.size());
   for (const auto& [name, unused] : map) names.push_back(name);
   return names;
+}
+
+bool has_many_freedoms(std::string_view type) {
+  return type == "planar" || type == "floating";
 }
 
 class Checker {
@@ -121,15 +126,10 @@ class Checker {
   void joint(const std::string& name, const XMLElement& e) {
     const std::string type = e.Attribute("type") ? e.Attribute("type") : "";
     const bool moves = type == "revolute" || type == "continuous" || type == "prismatic";
-    if (type == "floating" || type == "planar") {
-      error(e, "type",
-            fmt::format("joint {} is {}, which is not supported; expected revolute, "
-                        "continuous, prismatic or fixed",
-                        quote(name), type));
-    } else if (!moves && type != "fixed") {
+    if (!moves && !has_many_freedoms(type) && type != "fixed") {
       error(e, "type",
             fmt::format("joint {}: found type {}, expected revolute, continuous, "
-                        "prismatic or fixed",
+                        "prismatic, planar, floating or fixed",
                         quote(name), quote(type)));
     }
     origin(e);
@@ -150,6 +150,13 @@ class Checker {
       error(e, fmt::format("joint {} joins link {} to itself", quote(name), quote(child)));
       structure_is_whole_ = false;
     }
+    if (has_many_freedoms(type) && e.FirstChildElement("mimic") != nullptr) {
+      error(*e.FirstChildElement("mimic"),
+            fmt::format("joint {} is {} and mimics another; only a revolute, continuous or "
+                        "prismatic joint can",
+                        quote(name), type));
+    }
+    if (type == "planar") axis(name, e);
     if (!moves) return;
     axis(name, e);
     limits(name, e, type != "continuous");
@@ -239,10 +246,10 @@ class Checker {
     }
     const char* type = found->second->Attribute("type");
     if (other == name || found->second->FirstChildElement("mimic") != nullptr ||
-        (type != nullptr && std::strcmp(type, "fixed") == 0)) {
+        (type != nullptr && (std::strcmp(type, "fixed") == 0 || has_many_freedoms(type)))) {
       error(*element, "joint",
             fmt::format("joint {} mimics {}, expected another joint that moves "
-                        "on its own",
+                        "on its own, with one degree of freedom",
                         quote(name), quote(other)));
     }
   }

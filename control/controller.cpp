@@ -24,6 +24,13 @@ void refuse_misfits(const Mechanism& mechanism, const ControllerOptions& options
   if (mechanism.floating()) {
     text += (text.empty() ? "" : "; ") +
             std::string("the mechanism's base floats; the controller needs one that is fixed");
+  } else if (!mechanism.one_chart()) {
+    for (const Factor& factor : mechanism.factors()) {
+      if (factor.nv > 1) {
+        text += (text.empty() ? "" : "; ") + std::string("joint '") + factor.name + "' is " +
+                kind_name(factor.kind) + "; the controller needs joints with one degree of freedom";
+      }
+    }
   } else if (names.size() != options.joints.size()) {
     text += (text.empty() ? "" : "; ") + std::string("the mechanism has ") +
             std::to_string(names.size()) + " joints, the options have " +
@@ -47,15 +54,17 @@ void refuse_misfits(const Mechanism& mechanism, const ControllerOptions& options
   }
 }
 
-Setup checked(Mechanism mechanism, const ControllerOptions& options) {
+Setup checked(Mechanism mechanism, const ControllerOptions& options,
+              const CompiledModel* compiled) {
   refuse_misfits(mechanism, options);
-  return {options, std::move(mechanism)};
+  return {options, std::move(mechanism), compiled};
 }
 
 }  // namespace
 
-Controller::Impl::Impl(Mechanism mechanism, const ControllerOptions& options_in)
-    : built_in(checked(std::move(mechanism), options_in)),
+Controller::Impl::Impl(Mechanism mechanism, const ControllerOptions& options_in,
+                       const CompiledModel* compiled)
+    : built_in(checked(std::move(mechanism), options_in, compiled)),
       arms(arms_of(options_in)),
       workspace(built_in.mechanism),
       supervisor(robot_supervisor(options_in)),
@@ -213,6 +222,23 @@ void Controller::Impl::count_missing(const Estimate& estimate) noexcept {
   }
 }
 
+/// Gravity and the chosen share of the Coriolis torque, which is quadratic in the velocity: that
+/// share of it belongs to the velocity times the share's root.
+const Eigen::VectorXd& Controller::Impl::compensation(const Setup& by) noexcept {
+  const double root = std::sqrt(by.options.coriolis);
+  for (std::size_t i = 0; i < joints; ++i) {
+    acting_velocity[i] = root * report.velocity[i];
+  }
+  const auto size = static_cast<Eigen::Index>(joints);
+  const Eigen::Map<const Eigen::VectorXd> q(acting_position.data(), size);
+  const Eigen::Map<const Eigen::VectorXd> v(acting_velocity.data(), size);
+  if (by.compiled != nullptr) {
+    by.compiled->bias(q.data(), v.data(), workspace.bias.data());
+    return workspace.bias;
+  }
+  return bias(by.mechanism, workspace, q, v);
+}
+
 /// The model where the arm will be when the torque acts; zero as long as the pose is not known.
 /// What is computed now leaves at the next tick and stays for a period: in the middle of it,
 /// gravity as of now would be 1.5 periods old, which is a damping of -1.5 period * dg/dq, negative
@@ -228,11 +254,8 @@ void Controller::Impl::evaluate(const Estimate& estimate, std::int64_t tick_ns,
   for (std::size_t i = 0; i < joints; ++i) {
     acting_position[i] = estimate.position[i] + ahead_s * estimate.velocity[i];
   }
-  const auto size = static_cast<Eigen::Index>(joints);
-  const Eigen::Map<const Eigen::VectorXd> q(acting_position.data(), size);
-  const Eigen::Map<const Eigen::VectorXd> v(estimate.velocity.data(), size);
-  Eigen::Map<Eigen::VectorXd>(report.model_torque.data(), size) =
-      bias(setup->mechanism, workspace, q, v);
+  Eigen::Map<Eigen::VectorXd>(report.model_torque.data(), static_cast<Eigen::Index>(joints)) =
+      compensation(*setup);
   // Arms do not carry each other: what one of them does not know of itself is its own affair.
   for (std::size_t i = 0; i < joints; ++i) {
     const BitSet needed = arms.joints[arm_of(i)];
@@ -263,8 +286,9 @@ const ArmCommand& Controller::Impl::update(const ArmState& state, std::int64_t p
   return command;
 }
 
-Controller::Controller(Mechanism mechanism, const ControllerOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(mechanism), options)) {}
+Controller::Controller(Mechanism mechanism, const ControllerOptions& options,
+                       const CompiledModel* compiled)
+    : impl_(std::make_unique<Impl>(std::move(mechanism), options, compiled)) {}
 
 Controller::~Controller() = default;
 

@@ -68,7 +68,9 @@ struct ControllerReport {
 class Controller {
  public:
   /// @throws std::invalid_argument if options do not fit the mechanism. Not real-time.
-  Controller(Mechanism mechanism, const ControllerOptions& options);
+  /// @param compiled  functions compiled for this mechanism, which outlive it; null: none
+  Controller(Mechanism mechanism, const ControllerOptions& options,
+             const CompiledModel* compiled = nullptr);
   ~Controller();
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;

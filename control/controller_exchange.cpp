@@ -3,7 +3,6 @@
 #include <type_traits>
 
 #include "control/controller_impl.hpp"
-#include "control/mechanism/newton_euler.hpp"
 #include "control/safety/limits.hpp"
 
 namespace geodesic::control {
@@ -43,10 +42,7 @@ const Setup* Controller::Impl::exchange(const Setup* next) noexcept {
   }
   estimator.retune(to.options);
   // What the new setup would have wanted in the last cycle, beside what left in it.
-  const auto size = static_cast<Eigen::Index>(joints);
-  const Eigen::Map<const Eigen::VectorXd> q(acting_position.data(), size);
-  const Eigen::Map<const Eigen::VectorXd> v(report.velocity.data(), size);
-  const Eigen::VectorXd& model = bias(to.mechanism, workspace, q, v);
+  const Eigen::VectorXd& model = compensation(to);
   for (std::size_t i = 0; i < joints; ++i) {
     if (!makes_torque(memory_of(i).state)) {
       continue;

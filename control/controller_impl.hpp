@@ -26,7 +26,7 @@ struct UnobservedCycle {
 };
 
 struct Controller::Impl {
-  Impl(Mechanism mechanism, const ControllerOptions& options);
+  Impl(Mechanism mechanism, const ControllerOptions& options, const CompiledModel* compiled);
 
   const ArmCommand& update(const ArmState& state, std::int64_t period_ns) noexcept;
   void ask(const Request& request) noexcept;
@@ -34,6 +34,7 @@ struct Controller::Impl {
   void decide(const ArmState& state, const Estimate& estimate) noexcept;
   void report_arms() noexcept;
   void count_missing(const Estimate& estimate) noexcept;
+  const Eigen::VectorXd& compensation(const Setup& by) noexcept;
   void evaluate(const Estimate& estimate, std::int64_t tick_ns, std::int64_t period_ns) noexcept;
   void note_cycle(const ArmState& state, std::int64_t period_ns) noexcept;
   void observe() noexcept;
@@ -76,6 +77,7 @@ struct Controller::Impl {
   Watch watch;
   UnobservedCycle unobserved;
   std::array<double, kMaxJoints> acting_position{};  ///< when the torque will act
+  std::array<double, kMaxJoints> acting_velocity{};  ///< as far as Coriolis torque is compensated
   std::array<double, kMaxJoints> reference{};        ///< position at entry into the law
   std::array<double, kMaxJoints> last_torque{};      ///< as it left in the last cycle
   std::array<Retune, kMaxJoints> retune{};

@@ -149,6 +149,8 @@ std::vector<std::string> check(const ControllerOptions& options) {
         "law is zero, which lets the arm fall; it is for simulation: set allow_zero_law");
   }
   ranges.at_least_zero("velocity_filter_hz", options.velocity_filter_hz);
+  ranges.demand(options.coriolis >= 0.0 && options.coriolis <= 1.0, "coriolis", options.coriolis,
+                "0 to 1");
   ranges.timeout("retune_s", options.retune_s);
   if (options.joints.empty() || options.joints.size() > kMaxJoints) {
     ranges.complain("there are " + std::to_string(options.joints.size()) +

@@ -128,9 +128,13 @@ struct ControllerOptions {
   bool start_active = true;           ///< go to active(law) as soon as ready
   bool allow_zero_law = false;        ///< simulation only
   double velocity_filter_hz = 100.0;  ///< first-order low pass on measured velocity; 0: none
-  double retune_s = 0.5;              ///< an exchange of options changes torque over this time
-  std::vector<JointTuning> joints;    ///< one for every degree of freedom, in order of v
-  std::vector<ArmGroup> arms;         ///< empty: one arm of all joints (arms.hpp)
+  /// Share of the Coriolis torque C(q, v) v that is compensated, 0..1. All of it: left alone,
+  /// joints keep their velocities. None: the arm moves along geodesics of its kinetic-energy
+  /// metric.
+  double coriolis = 1.0;
+  double retune_s = 0.5;            ///< an exchange of options changes torque over this time
+  std::vector<JointTuning> joints;  ///< one for every degree of freedom, in order of v
+  std::vector<ArmGroup> arms;       ///< empty: one arm of all joints (arms.hpp)
   SafetyOptions safety;
   ContactOptions contact;
   VibrationOptions vibration;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "control/mechanism/compiled_model.hpp"
 #include "control/mechanism/mechanism.hpp"
 #include "control/options.hpp"
 
@@ -13,6 +14,8 @@ namespace geodesic::control {
 struct Setup {
   ControllerOptions options;
   Mechanism mechanism;
+  /// Compiled for this very mechanism, taken in place of the algorithms; null: none. Outlives it.
+  const CompiledModel* compiled = nullptr;
 };
 
 /// Why a controller that runs `from` cannot go over to `to`, each a sentence that names the joint

@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
+#include <cstdint>
 #include <numbers>
 
 namespace geodesic::control {
@@ -16,11 +16,6 @@ struct SineCosine {
 };
 
 namespace sine_cosine_detail {
-
-/// Two numbers that every x86-64 (and every aarch64) computes on at once, operation by operation as
-/// IEEE 754 says: no machine can round otherwise.
-using Lanes = double __attribute__((vector_size(16)));
-using Bits = long long __attribute__((vector_size(16)));
 
 /// pi/2 in three parts; the first two have 33 bits, so that their products with a quarter turn's
 /// number below 2^20 are exact (Cody, Waite 1980).
@@ -40,30 +35,32 @@ constexpr double inverse_factorial(int n) {
   return 1.0 / factorial;
 }
 
-/// |x| <= kFar. Errors below 1.5e-16: the series' first term left out is below 1e-19 at pi/4.
-inline void pair(Lanes x, Lanes& sine, Lanes& cosine) noexcept {
-  const Lanes shifted = x * (2.0 * std::numbers::inv_pi) + kToInteger;
-  const Lanes turn = shifted - kToInteger;
-  const Lanes r = ((x - turn * kQuarter1) - turn * kQuarter2) - turn * kQuarter3;
-  const Lanes z = r * r;
-  const Lanes w = z * z;
-  constexpr auto f = inverse_factorial;
+/// |x| <= kFar. Errors below 1.5e-16: the series' first term left out is below 1e-19 at pi/4. No
+/// branch and no call, so that a compiler makes vectors of a loop over it; each operation rounds as
+/// IEEE 754 says, so that vectors of any width give the same bits.
+[[gnu::always_inline]] inline void near_zero(double x, double& sine, double& cosine) noexcept {
+  const double shifted = x * (2.0 * std::numbers::inv_pi) + kToInteger;
+  const double turn = shifted - kToInteger;
+  const double r = ((x - turn * kQuarter1) - turn * kQuarter2) - turn * kQuarter3;
+  const double z = r * r;
+  const double w = z * z;
+  constexpr auto f = [](int n) { return inverse_factorial(n); };
+  constexpr double s[] = {f(3), f(5), f(7), f(9), f(11), f(13), f(15), f(17)};
+  constexpr double c[] = {f(4), f(6), f(8), f(10), f(12), f(14), f(16), f(18)};
   // Taylor's series, even and odd powers of z apart: half the latency.
-  const Lanes sine_even = -f(3) + w * (-f(7) + w * (-f(11) + w * -f(15)));
-  const Lanes sine_odd = f(5) + w * (f(9) + w * (f(13) + w * f(17)));
-  const Lanes cosine_even = f(4) + w * (f(8) + w * (f(12) + w * f(16)));
-  const Lanes cosine_odd = -f(6) + w * (-f(10) + w * (-f(14) + w * -f(18)));
-  const Lanes s = r + r * (z * (sine_even + z * sine_odd));
-  const Lanes c = 1.0 - (0.5 * z - w * (cosine_even + z * cosine_odd));
+  const double sine_even = -s[0] + w * (-s[2] + w * (-s[4] + w * -s[6]));
+  const double sine_odd = s[1] + w * (s[3] + w * (s[5] + w * s[7]));
+  const double cosine_even = c[0] + w * (c[2] + w * (c[4] + w * c[6]));
+  const double cosine_odd = -c[1] + w * (-c[3] + w * (-c[5] + w * -c[7]));
+  const double near_sine = r + r * (z * (sine_even + z * sine_odd));
+  const double near_cosine = 1.0 - (0.5 * z - w * (cosine_even + z * cosine_odd));
   // Quarter turn k: sine and cosine change places where k is odd, signs follow its second bit.
-  const Bits k = std::bit_cast<Bits>(shifted);
-  const Bits odd = -(k & 1);
-  const Bits s_bits = std::bit_cast<Bits>(s);
-  const Bits c_bits = std::bit_cast<Bits>(c);
-  const Bits sine_bits = ((s_bits & ~odd) | (c_bits & odd)) ^ ((k & 2) << 62);
-  const Bits cosine_bits = ((c_bits & ~odd) | (s_bits & odd)) ^ (((k + 1) & 2) << 62);
-  sine = std::bit_cast<Lanes>(sine_bits);
-  cosine = std::bit_cast<Lanes>(cosine_bits);
+  const auto k = std::bit_cast<std::uint64_t>(shifted);
+  const std::uint64_t odd = 0U - (k & 1U);
+  const auto s_bits = std::bit_cast<std::uint64_t>(near_sine);
+  const auto c_bits = std::bit_cast<std::uint64_t>(near_cosine);
+  sine = std::bit_cast<double>(((s_bits & ~odd) | (c_bits & odd)) ^ ((k & 2U) << 62U));
+  cosine = std::bit_cast<double>(((c_bits & ~odd) | (s_bits & odd)) ^ (((k + 1U) & 2U) << 62U));
 }
 
 /// Far angles lose whole turns first: std::remainder is exact, and 2 pi's own rounding shifts the
@@ -74,27 +71,47 @@ inline double near(double angle) noexcept {
 
 }  // namespace sine_cosine_detail
 
+/// So many angles at once as `x` has.
+/// @param x  [rad]; far ones are brought near    Real-time.
+template <std::size_t kLanes>
+[[gnu::always_inline]] inline void sine_cosine(double (&x)[kLanes], double* sine,
+                                               double* cosine) noexcept {
+  using namespace sine_cosine_detail;
+  // Bits of positive numbers are ordered as the numbers are: a far one, or none, borrows.
+  constexpr auto kFarBits = std::bit_cast<std::uint64_t>(kFar);
+  std::uint64_t borrowed = 0;
+  for (const double each : x) {
+    borrowed |= kFarBits - (std::bit_cast<std::uint64_t>(each) & (~std::uint64_t{0} >> 1U));
+  }
+  if ((borrowed >> 63U) != 0U) [[unlikely]] {
+    for (double& each : x) {
+      each = near(each);
+    }
+  }
+  double s[kLanes];
+  double c[kLanes];
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    near_zero(x[k], s[k], c[k]);
+  }
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    sine[k] = s[k];
+    cosine[k] = c[k];
+  }
+}
+
 /// @param n  angles [rad]; each array has room for one more where n is odd. Real-time.
 inline void sine_cosine(const double* angle, std::size_t n, double* sine, double* cosine) noexcept {
-  using namespace sine_cosine_detail;
   for (std::size_t i = 0; i < n; i += 2) {
-    const Lanes x{near(angle[i]), i + 1 < n ? near(angle[i + 1]) : 0.0};
-    Lanes s;
-    Lanes c;
-    pair(x, s, c);
-    std::memcpy(sine + i, &s, sizeof s);
-    std::memcpy(cosine + i, &c, sizeof c);
+    double x[2] = {angle[i], i + 1 < n ? angle[i + 1] : 0.0};
+    sine_cosine(x, sine + i, cosine + i);
   }
 }
 
 /// Of one angle [rad]. Real-time.
 inline SineCosine sine_cosine(double angle) noexcept {
-  using namespace sine_cosine_detail;
-  const double x = near(angle);
-  Lanes s;
-  Lanes c;
-  pair(Lanes{x, x}, s, c);
-  return {s[0], c[0]};
+  SineCosine result;
+  sine_cosine_detail::near_zero(sine_cosine_detail::near(angle), result.sine, result.cosine);
+  return result;
 }
 
 }  // namespace geodesic::control

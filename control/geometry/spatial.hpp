@@ -29,6 +29,10 @@ inline Wrench operator-(const Wrench& a, const Wrench& b) noexcept {
   return {a.force - b.force, a.moment - b.moment};
 }
 
+inline Wrench operator*(double s, const Wrench& a) noexcept {
+  return {s * a.force, s * a.moment};
+}
+
 /// Power [W].
 inline double dot(const Wrench& f, const Twist& v) noexcept {
   return f.force.dot(v.linear) + f.moment.dot(v.angular);
@@ -45,6 +49,13 @@ inline Wrench to_parent(const Pose& parent_from_child, const Wrench& in_child) n
   const Eigen::Vector3d force = parent_from_child.rotation * in_child.force;
   return {force, parent_from_child.rotation * in_child.moment +
                      parent_from_child.translation.cross(force)};
+}
+
+/// The same wrench in the child's coordinates; inverse of to_parent().
+inline Wrench to_child(const Pose& parent_from_child, const Wrench& in_parent) noexcept {
+  const auto down = parent_from_child.rotation.transpose();
+  return {down * in_parent.force,
+          down * (in_parent.moment - parent_from_child.translation.cross(in_parent.force))};
 }
 
 /// The ten inertial parameters of a rigid body in the coordinates of a frame. They are moments of

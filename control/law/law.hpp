@@ -11,12 +11,13 @@ namespace geodesic::control {
 struct LawInput {
   double position = 0.0;
   double velocity = 0.0;
-  double model_torque = 0.0;  ///< gravity + Coriolis at the arm's (q, v)
+  double model_torque = 0.0;  ///< gravity + the chosen share of Coriolis at the arm's (q, v)
   double reference = 0.0;     ///< position at entry into the law
 };
 
 /// Gravity + Coriolis + friction compensation - damping. With the model and no damping, M(q) a is
-/// what others apply: left alone, the joints stay at rest, or coast at constant joint velocity.
+/// what others apply: left alone, the joints stay at rest, or coast at constant joint velocity
+/// (without Coriolis compensation: along a geodesic).
 inline double float_torque(const JointTuning& joint, const LawInput& input) noexcept {
   const Friction friction{joint.coulomb_friction, joint.viscous_friction, joint.friction_velocity};
   return input.model_torque + compensate(friction, input.velocity) - joint.damping * input.velocity;

@@ -52,44 +52,31 @@ void add_joint(const Mechanism& mechanism, const Workspace& workspace, std::size
                Eigen::MatrixXd& c) noexcept {
   const auto& bodies = mechanism.bodies();
   const Composite& carried = workspace.composite[i];
-  const Twist s = axis(bodies[i]);
-  const int d = bodies[i].dof;
-  // The force of this joint's rate on the others, its momentum, and the transposed share of B.
-  Wrench f1 =
-      carried.inertia * axis_rate(bodies[i], workspace.body[i].velocity) + times(carried, s);
-  Wrench f2 = carried.inertia * s;
-  Wrench f3 = transposed_times(carried, s);
-  c(d, d) += along_axis(bodies[i], f1);
-  std::size_t at = i;
-  while (bodies[at].parent != kWorld) {
-    const Pose& pose = workspace.body[at].parent_from_body;
-    f1 = to_parent(pose, f1);
-    f2 = to_parent(pose, f2);
-    f3 = to_parent(pose, f3);
-    at = static_cast<std::size_t>(bodies[at].parent);
-    const Body& above = bodies[at];
-    const Twist& velocity = workspace.body[at].velocity;
-    if (above.motion == Motion::kFree) {
-      const Wrench row = f3 - cross(velocity, f2);
-      c.col(d).head<3>() += f1.force;
-      c.col(d).segment<3>(3) += f1.moment;
-      c.row(d).head<3>() += row.force.transpose();
-      c.row(d).segment<3>(3) += row.moment.transpose();
-    } else {
-      c(above.dof, d) += along_axis(above, f1);
-      c(d, above.dof) += along_axis(above, f3) + dot(f2, axis_rate(above, velocity));
+  for (int k = 0; k < freedoms(bodies[i].motion); ++k) {
+    const Twist s = axis(bodies[i], k);
+    const int d = bodies[i].dof + k;
+    // The force of this column's rate on the others, its momentum, and the transposed share of B.
+    Wrench f1 =
+        carried.inertia * axis_rate(bodies[i], workspace.body[i].velocity, k) + times(carried, s);
+    Wrench f2 = carried.inertia * s;
+    Wrench f3 = transposed_times(carried, s);
+    for (int j = 0; j < freedoms(bodies[i].motion); ++j) {
+      c(bodies[i].dof + j, d) += along_axis(bodies[i], f1, j);
     }
-  }
-}
-
-/// The free body against itself: its columns are the unit twists.
-void add_base(const Composite& carried, const Twist& velocity, Eigen::MatrixXd& c) noexcept {
-  for (int k = 0; k < 6; ++k) {
-    Twist unit;
-    (k < 3 ? unit.linear : unit.angular)[k % 3] = 1.0;
-    const Wrench f = carried.inertia * cross(velocity, unit) + times(carried, unit);
-    c.col(k).head<3>() += f.force;
-    c.col(k).segment<3>(3) += f.moment;
+    std::size_t at = i;
+    while (bodies[at].parent != kWorld) {
+      const Pose& pose = workspace.body[at].parent_from_body;
+      f1 = to_parent(pose, f1);
+      f2 = to_parent(pose, f2);
+      f3 = to_parent(pose, f3);
+      at = static_cast<std::size_t>(bodies[at].parent);
+      const Body& above = bodies[at];
+      const Twist& velocity = workspace.body[at].velocity;
+      for (int j = 0; j < freedoms(above.motion); ++j) {
+        c(above.dof + j, d) += along_axis(above, f1, j);
+        c(d, above.dof + j) += along_axis(above, f3, j) + dot(f2, axis_rate(above, velocity, j));
+      }
+    }
   }
 }
 
@@ -105,10 +92,6 @@ const Eigen::MatrixXd& coriolis_matrix(const Mechanism& mechanism, Workspace& wo
   Eigen::MatrixXd& c = workspace.coriolis;
   c.setZero();
   for (std::size_t i = bodies.size(); i-- > 0;) {
-    if (bodies[i].motion == Motion::kFree) {
-      add_base(workspace.composite[i], workspace.body[i].velocity, c);
-      continue;
-    }
     add_joint(mechanism, workspace, i, c);
     if (bodies[i].parent != kWorld) {
       add_to_parent(workspace.body[i].parent_from_body, workspace.composite[i],
@@ -123,22 +106,6 @@ const Eigen::MatrixXd& metric_rate(const Mechanism& mechanism, Workspace& worksp
   const Eigen::MatrixXd& c = coriolis_matrix(mechanism, workspace, q, v);
   workspace.metric_rate.noalias() = c + c.transpose();
   return workspace.metric_rate;
-}
-
-Christoffel::Christoffel(const Mechanism& mechanism)
-    : slice_(static_cast<std::size_t>(mechanism.dof()),
-             Eigen::MatrixXd::Zero(mechanism.dof(), mechanism.dof())) {}
-
-void christoffel_symbols(const Mechanism& mechanism, Workspace& workspace, const VectorIn& q,
-                         Christoffel& result) noexcept {
-  assert(result.slice_.size() == static_cast<std::size_t>(mechanism.dof()));
-  Eigen::VectorXd& v = workspace.unit_velocity;
-  v.setZero();
-  for (std::size_t k = 0; k < result.slice_.size(); ++k) {
-    v[static_cast<Eigen::Index>(k)] = 1.0;
-    result.slice_[k] = coriolis_matrix(mechanism, workspace, q, v);
-    v[static_cast<Eigen::Index>(k)] = 0.0;
-  }
 }
 
 }  // namespace geodesic::control

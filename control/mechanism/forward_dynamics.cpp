@@ -3,7 +3,6 @@
 
 #include <cassert>
 
-#include "control/mechanism/cholesky.hpp"
 #include "control/mechanism/metric.hpp"
 #include "control/mechanism/newton_euler.hpp"
 
@@ -13,12 +12,11 @@ const Eigen::VectorXd* forward_dynamics(const Mechanism& mechanism, Workspace& w
                                         const VectorIn& q, const VectorIn& v,
                                         const VectorIn& tau) noexcept {
   assert(tau.size() == mechanism.dof());
-  workspace.metric_factor = metric(mechanism, workspace, q);
-  if (!cholesky_factor(workspace.metric_factor)) {
+  if (!workspace.cholesky.factor(metric(mechanism, workspace, q))) {
     return nullptr;
   }
   workspace.forward_dynamics = tau - bias(mechanism, workspace, q, v);
-  cholesky_solve(workspace.metric_factor, workspace.forward_dynamics);
+  workspace.cholesky.solve(workspace.forward_dynamics);
   return &workspace.forward_dynamics;
 }
 

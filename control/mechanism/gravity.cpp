@@ -1,73 +1,122 @@
 // Implements gravity.hpp on compact bodies: light ones push on nothing, they only turn.
 #include "control/mechanism/gravity.hpp"
 
-#include <Eigen/Geometry>
 #include <cassert>
 
+#include "control/mechanism/compact_dispatch.hpp"
 #include "control/mechanism/compact_motion.hpp"
 
 namespace geodesic::control {
+namespace {
+
+/// First moment times the upward acceleration, of a light body.
+inline Triple light_moment(const CompactBody& body, const Triple& up) noexcept {
+  return {body.h_y * up.z, -(body.h_x * up.z), body.h_x * up.y - body.h_y * up.x};
+}
+
+/// Outwards: the upward acceleration that stands for gravity, in each body's axes, and the wrench
+/// that holds the body against it.
+[[gnu::always_inline]] inline void outwards(const CompactBody* bodies, std::size_t n,
+                                            Workspace& workspace, const double* q) noexcept {
+  Workspace::Load* load = workspace.load.data();
+  Triple up;
+  for (std::size_t i = 0; i < n; ++i) {
+    const CompactBody& body = bodies[i];
+    if (!body.pushes && with_step(body, workspace.sine[i], workspace.cosine[i],
+                                  [&](const auto& rotation, auto /*reaches*/) {
+                                    up = rotation.to_body(up);
+                                    load[i].moment = light_moment(body, up);
+                                  })) {
+      continue;
+    }
+    if (body.at_base) {
+      up = body.up;
+    } else if (!body.chained) {
+      up = workspace.course[static_cast<std::size_t>(body.parent)].acceleration;
+    }
+    with_rotation(body, workspace.sine[i], workspace.cosine[i],
+                  [&](const auto& rotation) { up = rotation.to_body(up); });
+    if (body.many) {
+      const Axes& axes = workspace.axes[i] = axes_at(q + body.coordinate + angular_offset(body));
+      up = from_joint(axes, up);
+    }
+    if (body.forks) {
+      workspace.course[i].acceleration = up;
+    }
+    load[i].moment = light_moment(body, up);
+    if (!body.light) {
+      load[i].moment.x -= body.h_z * up.y;
+      load[i].moment.y += body.h_z * up.x;
+    }
+    if (body.pushes) {
+      load[i].force = body.mass * up;
+    }
+  }
+}
+
+/// Inwards: moments, and forces where there are any.
+[[gnu::always_inline]] inline void inwards(const CompactBody* bodies, std::size_t n,
+                                           Workspace& workspace, const double* q,
+                                           double* result) noexcept {
+  Workspace::Load* load = workspace.load.data();
+  Triple carried;  // moment from the body before, in a chain
+  for (std::size_t i = n; i-- > 0;) {
+    const CompactBody& body = bodies[i];
+    Triple moment = load[i].moment + carried;
+    if (!body.pushes && with_step(body, workspace.sine[i], workspace.cosine[i],
+                                  [&](const auto& rotation, auto /*reaches*/) {
+                                    result[body.dof] += body.ratio * moment.z;
+                                    carried = rotation.to_parent(moment);
+                                  })) {
+      continue;
+    }
+    carried = {};
+    if (body.many) {
+      put(moment, result + body.dof + angular_offset(body));
+      if (body.motion == Motion::kFree) {
+        put(load[i].force, result + body.dof);
+      }
+      moment = to_joint(workspace.axes[i], moment);
+    } else {
+      result[body.dof] += body.ratio * (body.rotates ? moment.z : load[i].force.z);
+    }
+    if (body.at_base) {
+      continue;
+    }
+    with_rotation(body, workspace.sine[i], workspace.cosine[i], [&](const auto& rotation) {
+      moment = rotation.to_parent(moment);
+      if (body.pushes) {
+        const Triple& own = load[i].force;
+        const Triple force = rotation.to_parent(body.many ? to_joint(workspace.axes[i], own) : own);
+        Workspace::Load& parent = load[body.parent];
+        parent.force = parent.force + force;
+        add_moment_of(body, rotation, q, force, moment);
+      }
+    });
+    if (body.chained) {
+      carried = moment;
+    } else {
+      load[body.parent].moment = load[body.parent].moment + moment;
+    }
+  }
+}
+
+}  // namespace
 
 const Eigen::VectorXd& gravity(const Mechanism& mechanism, Workspace& workspace,
                                const VectorIn& q) noexcept {
   assert(q.size() == mechanism.nq());
-  const auto& bodies = mechanism.compact_bodies();
-  find_angles(mechanism, workspace, q);
-  // Outwards: the upward acceleration that stands for gravity, in each body's axes.
-  const Triple upwards = -1.0 * triple(mechanism.gravity());
-  Triple up;
-  const int n = static_cast<int>(bodies.size());
-  for (int i = 0; i < n; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const CompactBody& body = bodies[at];
-    auto& state = workspace.compact[at];
-    if (body.free) {
-      const Eigen::Quaterniond orientation(q[6], q[3], q[4], q[5]);
-      up = -1.0 * triple(orientation.normalized().conjugate() * mechanism.gravity());
-    } else {
-      if (body.parent == kWorld) {
-        up = upwards;
-      } else if (body.parent != i - 1) {
-        up = workspace.compact[static_cast<std::size_t>(body.parent)].acceleration;
-      }
-      up = JointRotation(body, workspace.sine[at], workspace.cosine[at]).to_body(up);
-    }
-    state.acceleration = up;
-    state.force = body.mass * up;
-    state.moment = cross(triple(body.first_moment), up);
-  }
-  // Inwards: moments, and forces where there are any.
-  Eigen::VectorXd& result = workspace.gravity;
-  result.setZero();
-  Triple carried;  // moment from the body before, in a chain
-  for (int i = n - 1; i >= 0; --i) {
-    const auto at = static_cast<std::size_t>(i);
-    const CompactBody& body = bodies[at];
-    const auto& state = workspace.compact[at];
-    const Triple moment = state.moment + carried;
-    carried = {};
-    if (body.free) {
-      result.head<6>() << state.force.x, state.force.y, state.force.z, moment.x, moment.y, moment.z;
-      continue;
-    }
-    result[body.dof] += body.ratio * (body.rotates ? moment.z : state.force.z);
-    if (body.parent == kWorld) {
-      continue;
-    }
-    const JointRotation rotation(body, workspace.sine[at], workspace.cosine[at]);
-    auto& parent = workspace.compact[static_cast<std::size_t>(body.parent)];
-    Triple about_parent = rotation.to_parent(moment);
-    if (body.pushes) {
-      const Triple force = rotation.to_parent(state.force);
-      parent.force = parent.force + force;
-      about_parent = about_parent + cross(joint_translation(body, q), force);
-    }
-    if (body.parent == i - 1) {
-      carried = about_parent;
-    } else {
-      parent.moment = parent.moment + about_parent;
-    }
-  }
+  const CompactTree& tree = mechanism.compact_tree();
+  const CompactBody* bodies = tree.bodies.data();
+  const std::size_t n = tree.bodies.size();
+  const double* at = q.data();
+  workspace.gravity.setZero();
+  double* out = workspace.gravity.data();
+  run_with(workspace.registers, [&](auto lanes) noexcept {
+    find_angles<lanes()>(tree, at, workspace);
+    outwards(bodies, n, workspace, at);
+    inwards(bodies, n, workspace, at, out);
+  });
   return workspace.gravity;
 }
 

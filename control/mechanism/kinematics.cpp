@@ -8,43 +8,13 @@
 
 namespace geodesic::control {
 
-Eigen::VectorXd neutral(const Mechanism& mechanism) {
-  Eigen::VectorXd q = Eigen::VectorXd::Zero(mechanism.nq());
-  if (mechanism.floating()) {
-    q[6] = 1.0;
-  }
-  return q;
-}
-
-void displace(const Mechanism& mechanism, const VectorIn& q, const VectorIn& v, double dt,
-              Eigen::Ref<Eigen::VectorXd> result) noexcept {
-  assert(q.size() == mechanism.nq() && v.size() == mechanism.dof() && result.size() == q.size());
-  if (mechanism.floating()) {
-    const Twist twist{dt * v.head<3>(), dt * v.segment<3>(3)};
-    const Pose step = exp(twist);
-    const Eigen::Quaterniond from(q[6], q[3], q[4], q[5]);
-    const double angle = twist.angular.norm();
-    Eigen::Quaterniond turn;
-    turn.w() = std::cos(0.5 * angle);
-    turn.vec() = (0.5 * sinc(0.5 * angle)) * twist.angular;
-    const Eigen::Vector3d position = q.head<3>() + from.normalized() * step.translation;
-    result.segment<4>(3) = (from * turn).normalized().coeffs();
-    result.head<3>() = position;
-  }
-  const int joints = mechanism.dof() - mechanism.first_joint_v();
-  for (int i = 0; i < joints; ++i) {
-    result[mechanism.first_joint_q() + i] =
-        q[mechanism.first_joint_q() + i] + dt * v[mechanism.first_joint_v() + i];
-  }
-}
-
 void update_poses(const Mechanism& mechanism, Workspace& workspace, const VectorIn& q) noexcept {
   assert(q.size() == mechanism.nq());
   const auto& bodies = mechanism.bodies();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Body& body = bodies[i];
     Pose& pose = workspace.body[i].parent_from_body;
-    pose = parent_from_body(mechanism, body, q);
+    pose = parent_from_body(body, q);
     workspace.world_from_body[i] =
         body.parent == kWorld
             ? pose
@@ -60,7 +30,7 @@ void update_velocities(const Mechanism& mechanism, Workspace& workspace, const V
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Body& body = bodies[i];
     auto& state = workspace.body[i];
-    state.parent_from_body = parent_from_body(mechanism, body, q);
+    state.parent_from_body = parent_from_body(body, q);
     const Twist& parent = body.parent == kWorld
                               ? at_rest
                               : workspace.body[static_cast<std::size_t>(body.parent)].velocity;
@@ -75,7 +45,7 @@ Pose link_pose(const Mechanism& mechanism, const VectorIn& q, int link) noexcept
   int index = frame.body;
   while (index != kWorld) {
     const Body& body = mechanism.bodies()[static_cast<std::size_t>(index)];
-    pose = parent_from_body(mechanism, body, q) * pose;
+    pose = parent_from_body(body, q) * pose;
     index = body.parent;
   }
   return pose;
@@ -94,6 +64,14 @@ const Jacobian& jacobian(const Mechanism& mechanism, Workspace& workspace, const
   const Pose& carrier = workspace.world_from_body[static_cast<std::size_t>(frame.body)];
   const Eigen::Vector3d origin =
       carrier.rotation * frame.body_from_link.translation + carrier.translation;
+  // Three columns of a rotation about any axis through a point that is `lever` from the origin.
+  const auto turning = [&result](int column, const Eigen::Matrix3d& rotation,
+                                 const Eigen::Vector3d& lever) {
+    for (int k = 0; k < 3; ++k) {
+      result.col(column + k).head<3>() = rotation.col(k).cross(lever);
+      result.col(column + k).tail<3>() = rotation.col(k);
+    }
+  };
   int index = frame.body;
   while (index != kWorld) {
     const Body& body = mechanism.bodies()[static_cast<std::size_t>(index)];
@@ -102,10 +80,9 @@ const Jacobian& jacobian(const Mechanism& mechanism, Workspace& workspace, const
     const Eigen::Vector3d lever = origin - world_from_body.translation;
     if (body.motion == Motion::kFree) {
       result.block<3, 3>(0, body.dof) = rotation;
-      for (int k = 0; k < 3; ++k) {
-        result.col(body.dof + 3 + k).head<3>() = rotation.col(k).cross(lever);
-        result.col(body.dof + 3 + k).tail<3>() = rotation.col(k);
-      }
+      turning(body.dof + 3, rotation, lever);
+    } else if (body.motion == Motion::kSpherical) {
+      turning(body.dof, rotation, lever);
     } else if (body.motion == Motion::kRotation) {
       result.col(body.dof).head<3>() += body.ratio * rotation.col(2).cross(lever);
       result.col(body.dof).tail<3>() += body.ratio * rotation.col(2);

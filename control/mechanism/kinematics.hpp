@@ -1,5 +1,5 @@
-// Where links are and how they move: poses, Jacobians, and the configuration space itself (its
-// neutral point and the step along a velocity). No masses here.
+// Where links are and how they move: poses, velocities, Jacobians. No masses here; the
+// configuration space itself is in configuration.hpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,14 +9,6 @@
 #include "control/mechanism/workspace.hpp"
 
 namespace geodesic::control {
-
-/// All joints at 0, a floating base at the world's origin. Size nq. Not real-time: allocates.
-Eigen::VectorXd neutral(const Mechanism& mechanism);
-
-/// The configuration reached from q [nq] by following v [nv], constant, for dt seconds: exact on
-/// the floating base's SE(3), a sum elsewhere. `result` [nq] may be q itself. Real-time.
-void displace(const Mechanism& mechanism, const VectorIn& q, const VectorIn& v, double dt,
-              Eigen::Ref<Eigen::VectorXd> result) noexcept;
 
 /// Pose of every body in the world for q [nq], into workspace.body[].parent_from_body and
 /// workspace.world_from_body. Real-time, O(n).

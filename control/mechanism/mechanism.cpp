@@ -10,19 +10,6 @@
 namespace geodesic::control {
 namespace {
 
-/// A rotation whose third column is `axis`; a permutation with signs where the axis is a coordinate
-/// axis, so that zeros stay zeros.
-Eigen::Matrix3d frame_with_z_along(const Eigen::Vector3d& axis) {
-  Eigen::Index largest = 0;
-  axis.cwiseAbs().maxCoeff(&largest);
-  const Eigen::Vector3d helper = Eigen::Vector3d::Unit((largest + 1) % 3);
-  Eigen::Matrix3d frame;
-  frame.col(2) = axis.normalized();
-  frame.col(0) = (helper - helper.dot(frame.col(2)) * frame.col(2)).normalized();
-  frame.col(1) = frame.col(2).cross(frame.col(0));
-  return frame;
-}
-
 RigidInertia rigid_inertia(const LinkInertia& link) {
   RigidInertia body;
   body.mass = link.mass_kg;
@@ -35,6 +22,46 @@ Pose to_pose(const Eigen::Isometry3d& isometry) {
   return {isometry.linear(), isometry.translation()};
 }
 
+/// One body for each motion that makes up the joint.
+/// @return  body_from_joint of the last, at joint position 0
+Pose add_bodies(const JointDescription& joint, const Factor& factor, int parent,
+                const Pose& parent_from_joint, std::vector<Body>& bodies) {
+  Body body;
+  body.parent = parent;
+  body.dof = factor.v;
+  body.coordinate = factor.q;
+  body.parent_from_joint = parent_from_joint;
+  if (joint.kind == JointKind::kSpherical || joint.kind == JointKind::kFloating) {
+    body.motion = joint.kind == JointKind::kFloating ? Motion::kFree : Motion::kSpherical;
+    bodies.push_back(body);
+    return {};
+  }
+  const Pose joint_from_axes{in_plane(joint.axis), Eigen::Vector3d::Zero()};
+  body.parent_from_joint = parent_from_joint * joint_from_axes;
+  if (joint.kind == JointKind::kPlanar) {
+    // z runs along x, then along y, then along the normal: each time the axes change places.
+    const Pose next{in_plane(Eigen::Vector3d::UnitX()), Eigen::Vector3d::Zero()};
+    body.motion = Motion::kTranslation;
+    body.parent_from_joint = body.parent_from_joint * next;
+    for (int i = 0; i < 2; ++i) {
+      bodies.push_back(body);
+      body.parent = static_cast<int>(bodies.size()) - 1;
+      body.parent_from_joint = next;
+      ++body.dof;
+      ++body.coordinate;
+    }
+    body.motion = Motion::kRotation;
+  } else {
+    body.motion = joint.kind == JointKind::kPrismatic ? Motion::kTranslation : Motion::kRotation;
+  }
+  if (joint.mimic) {
+    body.ratio = joint.mimic->multiplier;
+    body.offset = joint.mimic->offset;
+  }
+  bodies.push_back(body);
+  return inverse(joint_from_axes);
+}
+
 void check_capacity(std::size_t found, int capacity, const char* what, const std::string& at) {
   if (found > static_cast<std::size_t>(capacity)) {
     throw std::invalid_argument("joint '" + at + "' is " + what + " number " +
@@ -45,6 +72,17 @@ void check_capacity(std::size_t found, int capacity, const char* what, const std
 
 }  // namespace
 
+Eigen::Matrix3d in_plane(const Eigen::Vector3d& normal) noexcept {
+  Eigen::Index largest = 0;
+  normal.cwiseAbs().maxCoeff(&largest);
+  const Eigen::Vector3d helper = Eigen::Vector3d::Unit((largest + 1) % 3);
+  Eigen::Matrix3d axes;
+  axes.col(2) = normal.normalized();
+  axes.col(0) = (helper - helper.dot(axes.col(2)) * axes.col(2)).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return axes;
+}
+
 Mechanism::Mechanism(const TreeDescription& tree, const Eigen::Vector3d& gravity,
                      const MechanismOptions& options)
     : name_(tree.name), base_(options.base), gravity_(gravity) {
@@ -53,16 +91,19 @@ Mechanism::Mechanism(const TreeDescription& tree, const Eigen::Vector3d& gravity
   }
   check_tree(tree);
   assemble(tree);
-  compact_ = compact(bodies_);
+  compact_ = compact(bodies_, gravity_);
   set_rotor_inertia(options.rotor_inertia);
 }
 
-void Mechanism::assemble(const TreeDescription& tree) {
-  const std::vector<const JointDescription*> order = depth_first(tree);
-
-  // The target of a mimic joint may come later in the order, so degrees of freedom are named first.
-  std::map<std::string, int> dof_of_joint;
-  dof_ = first_joint_v();
+void Mechanism::list_factors(const std::vector<const JointDescription*>& order) {
+  const auto add = [this](const std::string& name, JointKind kind) {
+    factors_.push_back({name, kind, nq_, coordinates(kind), dof_, freedoms(kind)});
+    nq_ += coordinates(kind);
+    dof_ += freedoms(kind);
+  };
+  if (floating()) {
+    add(kBaseName, JointKind::kFloating);
+  }
   std::size_t moving = 0;
   for (const JointDescription* joint : order) {
     if (joint->kind == JointKind::kFixed) {
@@ -72,13 +113,22 @@ void Mechanism::assemble(const TreeDescription& tree) {
     if (joint->mimic) {
       continue;
     }
-    dof_of_joint[joint->name] = dof_++;
+    add(joint->name, joint->kind);
     joint_names_.push_back(joint->name);
     joint_kinds_.push_back(joint->kind);
     joint_limits_.push_back({joint->lower, joint->upper, joint->effort, joint->velocity});
     check_capacity(joint_names_.size(), kMaxMechanismJoints, "independent joint", joint->name);
   }
+}
 
+void Mechanism::assemble(const TreeDescription& tree) {
+  const std::vector<const JointDescription*> order = depth_first(tree);
+  // The target of a mimic joint may come later in the order, so the factors are named first.
+  list_factors(order);
+  std::map<std::string, const Factor*> factor_of_joint;
+  for (const Factor& factor : factors_) {
+    factor_of_joint[factor.name] = &factor;
+  }
   std::map<std::string, const LinkInertia*> inertia_of_link;
   for (const auto& link : tree.links) {
     inertia_of_link[link.name] = &link.inertia;
@@ -107,18 +157,10 @@ void Mechanism::assemble(const TreeDescription& tree) {
       add_link(joint->child_link, parent.body, parent_from_joint);
       continue;
     }
-    const Pose joint_from_body{frame_with_z_along(joint->axis), Eigen::Vector3d::Zero()};
-    Body body;
-    body.parent = parent.body;
-    body.motion = joint->kind == JointKind::kPrismatic ? Motion::kTranslation : Motion::kRotation;
-    body.dof = dof_of_joint.at(joint->mimic ? joint->mimic->joint : joint->name);
-    if (joint->mimic) {
-      body.ratio = joint->mimic->multiplier;
-      body.offset = joint->mimic->offset;
-    }
-    body.parent_from_joint = parent_from_joint * joint_from_body;
-    bodies_.push_back(body);
-    add_link(joint->child_link, static_cast<int>(bodies_.size()) - 1, inverse(joint_from_body));
+    const Factor& factor = *factor_of_joint.at(joint->mimic ? joint->mimic->joint : joint->name);
+    const Pose body_from_joint =
+        add_bodies(*joint, factor, parent.body, parent_from_joint, bodies_);
+    add_link(joint->child_link, static_cast<int>(bodies_.size()) - 1, body_from_joint);
   }
 }
 
@@ -127,18 +169,25 @@ void Mechanism::set_rotor_inertia(const Eigen::VectorXd& rotor_inertia) {
   if (rotor_inertia.size() == 0) {
     return;
   }
-  if (rotor_inertia.size() != dof_ - first_joint_v()) {
+  if (static_cast<std::size_t>(rotor_inertia.size()) != joint_names_.size()) {
     throw std::invalid_argument(
         "rotor inertia is given for " + std::to_string(rotor_inertia.size()) +
-        " joints; the mechanism has " + std::to_string(dof_ - first_joint_v()));
+        " joints; the mechanism has " + std::to_string(joint_names_.size()));
   }
+  const std::size_t first = floating() ? 1 : 0;
   for (std::size_t i = 0; i < joint_names_.size(); ++i) {
     const double value = rotor_inertia[static_cast<Eigen::Index>(i)];
+    const Factor& factor = factors_[first + i];
     if (!std::isfinite(value) || value < 0.0) {
-      throw std::invalid_argument("joint '" + joint_names_[i] + "': its rotor inertia is " +
+      throw std::invalid_argument("joint '" + factor.name + "': its rotor inertia is " +
                                   std::to_string(value) + "; expected a finite number >= 0");
     }
-    rotor_inertia_[first_joint_v() + static_cast<Eigen::Index>(i)] = value;
+    if (factor.nv > 1 && value > 0.0) {
+      throw std::invalid_argument("joint '" + factor.name + "': its rotor inertia is " +
+                                  std::to_string(value) + ", but it is " + kind_name(factor.kind) +
+                                  "; only a joint with one degree of freedom can have a rotor");
+    }
+    rotor_inertia_[factor.v] = value;
   }
 }
 

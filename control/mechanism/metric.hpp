@@ -1,5 +1,5 @@
-// The kinetic-energy metric of the configuration space (the joint-space inertia matrix) and its
-// inverse. Its derivatives are in coriolis.hpp.
+// The kinetic-energy metric of the configuration space (the joint-space inertia matrix). Its
+// inverse is in musical.hpp, its derivatives in coriolis.hpp and christoffel.hpp.
 #pragma once
 
 #include "control/mechanism/mechanism.hpp"
@@ -14,10 +14,5 @@ namespace geodesic::control {
 /// Real-time, O(n depth). Source: composite rigid bodies, Featherstone 2008, table 6.2.
 const Eigen::MatrixXd& metric(const Mechanism& mechanism, Workspace& workspace,
                               const VectorIn& q) noexcept;
-
-/// Inverse of M(q), full and symmetric to the bit; null if M(q) is singular to working precision,
-/// as with a massless link at a tip. Overwrites the result of metric(). Real-time, O(n^3).
-const Eigen::MatrixXd* metric_inverse(const Mechanism& mechanism, Workspace& workspace,
-                                      const VectorIn& q) noexcept;
 
 }  // namespace geodesic::control

@@ -9,14 +9,14 @@ namespace geodesic::control {
 
 void momentum_balance(const Mechanism& mechanism, Workspace& workspace, const VectorIn& q,
                       const VectorIn& v) noexcept {
-  assert(!mechanism.floating() && q.size() == mechanism.nq() && v.size() == mechanism.dof());
+  assert(q.size() == mechanism.nq() && v.size() == mechanism.dof());
   const auto& bodies = mechanism.bodies();
   const Twist at_rest;
   // Outwards: velocity, and the upward acceleration that stands for gravity.
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Body& body = bodies[i];
     auto& state = workspace.body[i];
-    state.parent_from_body = parent_from_body(mechanism, body, q);
+    state.parent_from_body = parent_from_body(body, q);
     const auto down = state.parent_from_body.rotation.transpose();
     if (body.parent == kWorld) {
       state.velocity = body_velocity(body, state.parent_from_body, at_rest, v);
@@ -39,9 +39,11 @@ void momentum_balance(const Mechanism& mechanism, Workspace& workspace, const Ve
     const Body& body = bodies[i];
     const auto& state = workspace.body[i];
     const Wrench& carried = workspace.body_momentum[i];
-    momentum[body.dof] += along_axis(body, carried);
-    drift[body.dof] +=
-        dot(carried, axis_rate(body, state.velocity)) - along_axis(body, state.force);
+    for (int k = 0; k < freedoms(body.motion); ++k) {
+      momentum[body.dof + k] += along_axis(body, carried, k);
+      drift[body.dof + k] +=
+          dot(carried, axis_rate(body, state.velocity, k)) - along_axis(body, state.force, k);
+    }
     if (body.parent != kWorld) {
       const auto parent = static_cast<std::size_t>(body.parent);
       workspace.body_momentum[parent] += to_parent(state.parent_from_body, carried);

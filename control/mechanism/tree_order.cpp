@@ -65,7 +65,9 @@ void check_numbers(const JointDescription& joint) {
   if (joint.kind == JointKind::kFixed) {
     return;
   }
-  check_axis(joint);
+  if (coordinates(joint.kind) == freedoms(joint.kind)) {
+    check_axis(joint);
+  }
   if (std::isnan(joint.lower) || std::isnan(joint.upper) || std::isnan(joint.effort) ||
       std::isnan(joint.velocity)) {
     refuse(joint_text(joint.name) + ": a limit is not a number");
@@ -84,6 +86,10 @@ void check_mimic(const JointDescription& joint, const JointsByName& joints) {
   if (joint.kind == JointKind::kFixed || !joint.mimic) {
     return;
   }
+  if (freedoms(joint.kind) != 1) {
+    refuse(joint_text(joint.name) + " is " + kind_name(joint.kind) +
+           " and mimics another; only a joint with one degree of freedom can");
+  }
   const std::string text = joint_text(joint.name) + " mimics ";
   if (joint.mimic->joint == joint.name) {
     refuse(text + "itself");
@@ -95,6 +101,10 @@ void check_mimic(const JointDescription& joint, const JointsByName& joints) {
   if (target->second->kind == JointKind::kFixed) {
     refuse(text + joint_text(target->first) +
            ", which is fixed; make the mimicking joint fixed too, or free its target");
+  }
+  if (freedoms(target->second->kind) != 1) {
+    refuse(text + joint_text(target->first) + ", which is " + kind_name(target->second->kind) +
+           "; only a joint with one degree of freedom can be mimicked");
   }
   if (target->second->mimic) {
     refuse(text + joint_text(target->first) +

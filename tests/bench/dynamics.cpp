@@ -13,13 +13,16 @@
 #include <stdexcept>
 
 #include "rt/clock.hpp"
+#include "tests/bench/peers/compiled.hpp"
 #include "tests/bench/robots.hpp"
 
 namespace geodesic::bench {
 namespace {
 
-constexpr std::array<const char*, kPeerFunctions> kNames{"bias", "gravity", "inverse dynamics",
-                                                         "mass matrix", "forward dynamics"};
+constexpr std::array<const char*, kPeerFunctions> kNames{
+    "bias",        "gravity",          "inverse dynamics",
+    "mass matrix", "forward dynamics", "Coriolis matrix",
+    "inverse of M"};
 constexpr std::size_t kStates = 64;  // few enough to stay in the cache with any library
 
 /// A library with one robot.
@@ -56,6 +59,7 @@ using Contenders = std::vector<std::unique_ptr<Contender>>;
 /// Everything of a robot that all contenders share.
 struct Course {
   std::string name;
+  int nq = 0;
   int dof = 0;
   Contenders contenders;  ///< ours first
   std::vector<double> q, v, x;
@@ -63,7 +67,7 @@ struct Course {
 
   void run(const Contender& who, PeerFunction f, std::size_t state) {
     const std::size_t at = state * static_cast<std::size_t>(dof);
-    who.call(f, &q[at], &v[at], &x[at], out.data());
+    who.call(f, &q[state * static_cast<std::size_t>(nq)], &v[at], &x[at], out.data());
   }
 };
 
@@ -79,20 +83,26 @@ const Peer& load(const std::string& folder, const std::string& library) {
   return *entry();
 }
 
-Course set_up(const std::string& file, const DynamicsOptions& options) {
+Course set_up(const std::string& file, control::Base base, const DynamicsOptions& options) {
   const control::TreeDescription tree = read_tree(file);
-  const control::Mechanism mechanism(tree, Eigen::Vector3d(0.0, 0.0, -9.81));
-  const FlatRobot written = as_written(tree, mechanism);
+  const control::Mechanism mechanism(tree, Eigen::Vector3d(0.0, 0.0, -9.81), {base, {}});
+  FlatRobot written = as_written(tree, mechanism);
   const FlatRobot moving = merged(mechanism);
   const Peer& kdl = load(options.peers, "libbench_peer_kdl.so");
   const Peer& mujoco = load(options.peers, "libbench_peer_mujoco.so");
   Course course;
   course.name = std::filesystem::path(file).stem().string();
+  course.nq = mechanism.nq();
   course.dof = mechanism.dof();
+  if (!options.compiled.empty()) {
+    const auto compiled = std::filesystem::path(options.compiled) / (course.name + ".so");
+    written.compiled = std::filesystem::exists(compiled) ? compiled.string() : "";
+  }
   const auto add = [&](const std::string& name, const Peer& peer, const FlatRobot& robot) {
     course.contenders.push_back(std::make_unique<Contender>(name, peer, robot.robot()));
   };
   add(our_peer().name, our_peer(), written);
+  add(compiled_peer().name, compiled_peer(), written);
   add(kdl.name, kdl, written);
   add(fmt::format("{} merged", kdl.name), kdl, moving);
   add(mujoco.name, mujoco, moving);
@@ -101,8 +111,16 @@ Course set_up(const std::string& file, const DynamicsOptions& options) {
   std::uniform_real_distribution<double> angle(-3.0, 3.0);
   std::uniform_real_distribution<double> rate(-2.0, 2.0);
   const std::size_t count = kStates * static_cast<std::size_t>(course.dof);
+  for (std::size_t i = 0; i < kStates; ++i) {
+    const auto first = static_cast<Eigen::Index>(course.q.size());
+    for (int k = 0; k < course.nq; ++k) {
+      course.q.push_back(angle(random));
+    }
+    if (base == control::Base::kFloating) {
+      Eigen::Map<Eigen::Vector4d>(course.q.data() + first + 3).normalize();
+    }
+  }
   for (std::size_t i = 0; i < count; ++i) {
-    course.q.push_back(angle(random));
     course.v.push_back(rate(random));
     course.x.push_back(rate(random));
   }
@@ -110,9 +128,16 @@ Course set_up(const std::string& file, const DynamicsOptions& options) {
   return course;
 }
 
+/// Robots on a fixed base first, then those that float.
+Course set_up_number(std::size_t i, const DynamicsOptions& options) {
+  const std::size_t fixed = options.robots.size();
+  return i < fixed ? set_up(options.robots[i], control::Base::kFixed, options)
+                   : set_up(options.floating.at(i - fixed), control::Base::kFloating, options);
+}
+
 std::size_t result_size(const Course& course, PeerFunction f) {
   const auto n = static_cast<std::size_t>(course.dof);
-  return f == kMassMatrix ? n * n : n;
+  return f == kMassMatrix || f == kCoriolisMatrix || f == kMetricInverse ? n * n : n;
 }
 
 /// Adds to `worst` each contender's largest difference from ours, relative to the largest entry.
@@ -156,6 +181,12 @@ double turn(Course& course, const Contender& who, PeerFunction f, int repeats) {
          (static_cast<double>(repeats) * static_cast<double>(kStates));
 }
 
+Timing timing(bool cold, PeerFunction f, const Contender& who, std::vector<double>& ns) {
+  std::sort(ns.begin(), ns.end());
+  const std::size_t n = ns.size();
+  return {cold, kNames[f], who.name(), ns.front(), ns[n / 2], ns[n * 9 / 10]};
+}
+
 void time_function(Course& course, PeerFunction f, const DynamicsOptions& options,
                    std::vector<Timing>& timings) {
   struct Entrant {
@@ -178,23 +209,53 @@ void time_function(Course& course, PeerFunction f, const DynamicsOptions& option
     }
   }
   for (Entrant& entrant : entrants) {
-    std::sort(entrant.ns.begin(), entrant.ns.end());
-    const std::size_t n = entrant.ns.size();
-    timings.push_back({kNames[f], entrant.who->name(), entrant.ns.front(), entrant.ns[n / 2],
-                       entrant.ns[n * 9 / 10]});
+    timings.push_back(timing(false, f, *entrant.who, entrant.ns));
+  }
+}
+
+/// Memory larger than any cache; passing over it leaves nothing else in them.
+class Sweep {
+ public:
+  void operator()() {
+    for (std::size_t i = 0; i < memory_.size(); i += kLine) {
+      memory_[i] = static_cast<unsigned char>(memory_[i] + 1U);
+    }
+  }
+
+ private:
+  static constexpr std::size_t kLine = 64;
+  std::vector<unsigned char> memory_ = std::vector<unsigned char>(std::size_t{128} << 20U);
+};
+
+/// One call a round, after a sweep, as in a loop that sleeps between cycles while others work.
+void time_cold(Course& course, PeerFunction f, const DynamicsOptions& options, Sweep& sweep,
+               std::vector<Timing>& timings) {
+  std::map<const Contender*, std::vector<double>> ns;
+  for (int round = 0; round < options.cold_rounds; ++round) {
+    for (const auto& who : course.contenders) {
+      if (who->has(f)) {
+        sweep();
+        rt::now_ns();  // the clock itself is warm
+        const std::int64_t begin = rt::now_ns();
+        course.run(*who, f, static_cast<std::size_t>(round) % kStates);
+        ns[who.get()].push_back(static_cast<double>(rt::now_ns() - begin));
+      }
+    }
+  }
+  for (const auto& who : course.contenders) {
+    if (const auto found = ns.find(who.get()); found != ns.end()) {
+      timings.push_back(timing(true, f, *who, found->second));
+    }
   }
 }
 
 }  // namespace
 
-const char* name_of(PeerFunction function) {
-  return kNames[function];
-}
-
 std::vector<RobotTimings> measure_dynamics(const DynamicsOptions& options) {
   std::vector<RobotTimings> all;
-  for (const std::string& file : options.robots) {
-    Course course = set_up(file, options);
+  Sweep sweep;
+  for (std::size_t i = 0; i < options.robots.size() + options.floating.size(); ++i) {
+    Course course = set_up_number(i, options);
     RobotTimings& robot = all.emplace_back();
     robot.robot = course.name;
     robot.dof = course.dof;
@@ -210,13 +271,18 @@ std::vector<RobotTimings> measure_dynamics(const DynamicsOptions& options) {
     for (unsigned f = 0; f < kPeerFunctions; ++f) {
       time_function(course, static_cast<PeerFunction>(f), options, robot.timings);
     }
+    for (const PeerFunction f : {kBias, kGravity, kMassMatrix}) {
+      if (options.cold_rounds > 0) {
+        time_cold(course, f, options, sweep, robot.timings);
+      }
+    }
   }
   return all;
 }
 
 void call_only(const DynamicsOptions& options, const std::string& who, const std::string& function,
                long calls) {
-  Course course = set_up(options.robots.at(0), options);
+  Course course = set_up_number(0, options);
   const auto f = std::find(kNames.begin(), kNames.end(), function);
   const auto contender = std::find_if(course.contenders.begin(), course.contenders.end(),
                                       [&](const auto& each) { return each->name() == who; });

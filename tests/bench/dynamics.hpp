@@ -11,14 +11,19 @@
 namespace geodesic::bench {
 
 struct DynamicsOptions {
-  std::vector<std::string> robots;  ///< URDF files
-  std::string peers;                ///< folder of the peers' shared objects
+  std::vector<std::string> robots;    ///< URDF files
+  std::vector<std::string> floating;  ///< URDF files whose root link floats
+  /// Folder of models compiled ahead, <name of the URDF>.so each; empty: none.
+  std::string compiled;
+  std::string peers;  ///< folder of the peers' shared objects
   int rounds = 60;
   double slice_us = 300.0;  ///< one contender's turn in a round
+  int cold_rounds = 40;     ///< calls with swept caches; 0: none
 };
 
 /// Nanoseconds a call over all rounds.
 struct Timing {
+  bool cold = false;  ///< caches swept before each call, so one call a round
   std::string function;
   std::string who;
   double min = 0.0;
@@ -44,8 +49,6 @@ std::vector<RobotTimings> measure_dynamics(const DynamicsOptions& options);
 void call_only(const DynamicsOptions& options, const std::string& who, const std::string& function,
                long calls);
 
-/// "bias", "gravity", ...
-const char* name_of(PeerFunction function);
 /// This project, through the same door.
 const Peer& our_peer();
 

@@ -16,26 +16,26 @@ namespace {
 using nlohmann::json;
 
 json to_json(const RobotTimings& robot) {
-  json out{{"robot", robot.robot},
-           {"dof", robot.dof},
-           {"absent", robot.absent},
-           {"differences", robot.differences},
-           {"ns", json::object()}};
+  json out{{"robot", robot.robot},   {"dof", robot.dof},
+           {"absent", robot.absent}, {"differences", robot.differences},
+           {"ns", json::object()},   {"ns_cold", json::object()}};
   for (const Timing& timing : robot.timings) {
-    out["ns"][timing.function][timing.who] = {
+    out[timing.cold ? "ns_cold" : "ns"][timing.function][timing.who] = {
         {"min", timing.min}, {"median", timing.median}, {"p90", timing.p90}};
   }
   return out;
 }
 
 void print(const RobotTimings& robot) {
-  fmt::print("\n{} ({} joints), ns a call: min / median / 90 %; ratio to ours by median\n",
-             robot.robot, robot.dof);
+  fmt::print(
+      "\n{} ({} degrees of freedom), ns a call: min / median / 90 %; ratio to ours by median\n",
+      robot.robot, robot.dof);
   std::string function;
   double ours = 0.0;
   for (const Timing& timing : robot.timings) {
-    if (timing.function != function) {
-      function = timing.function;
+    const std::string title = timing.function + (timing.cold ? ", caches swept" : "");
+    if (title != function) {
+      function = title;
       ours = timing.median;
       fmt::print("  {}\n", function);
     }
@@ -99,12 +99,19 @@ int run(int argc, char** argv) {
   DynamicsOptions dynamics;
   dynamics.peers = std::filesystem::canonical("/proc/self/exe").parent_path().string();
   CLI::App* timed = app.add_subcommand("dynamics", "beside Orocos KDL and MuJoCo");
-  timed->add_option("URDF", dynamics.robots)->required()->check(CLI::ExistingFile);
+  timed->add_option("URDF", dynamics.robots)->check(CLI::ExistingFile);
+  timed->add_option("--floating", dynamics.floating, "URDFs whose root link floats")
+      ->check(CLI::ExistingFile);
+  timed->add_option("--compiled", dynamics.compiled, "folder of models compiled ahead, NAME.so")
+      ->check(CLI::ExistingDirectory);
   timed->add_option("--rounds", dynamics.rounds)
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   timed->add_option("--slice", dynamics.slice_us, "one contender's turn [us]")
       ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  timed->add_option("--cold", dynamics.cold_rounds, "rounds with swept caches")
+      ->check(CLI::Range(0, 100000))
       ->capture_default_str();
   timed->add_flag("--json", as_json);
 
@@ -112,7 +119,9 @@ int run(int argc, char** argv) {
   std::string function;
   long calls = 0;
   CLI::App* counted = app.add_subcommand("call", "one function, for an instruction counter");
-  counted->add_option("URDF", dynamics.robots)->required()->expected(1)->check(CLI::ExistingFile);
+  counted->add_option("URDF", dynamics.robots)->expected(0, 1)->check(CLI::ExistingFile);
+  counted->add_option("--floating", dynamics.floating)->expected(0, 1)->check(CLI::ExistingFile);
+  counted->add_option("--compiled", dynamics.compiled)->check(CLI::ExistingDirectory);
   counted->add_option("--who", who, "Geodesic, KDL, \"KDL merged\", MuJoCo")->required();
   counted->add_option("--function", function, "bias, gravity, ...")->required();
   counted->add_option("--calls", calls)->required()->check(CLI::NonNegativeNumber);
@@ -126,6 +135,9 @@ int run(int argc, char** argv) {
   cycled->add_flag("--json", as_json);
 
   CLI11_PARSE(app, argc, argv);
+  if (!cycled->parsed() && dynamics.robots.empty() && dynamics.floating.empty()) {
+    throw std::runtime_error("no robot: give a URDF, or --floating URDF");
+  }
   if (timed->parsed()) {
     show(measure_dynamics(dynamics), as_json);
   } else if (counted->parsed()) {

@@ -27,8 +27,8 @@ def draw_dynamics(axes, dynamics):
     for k, who in enumerate(names):
         places = [i + (k - (len(names) - 1) / 2) * width for i in range(len(groups))]
         axes.bar(places, [timed.get(who, {}).get("median", 0.0) for _, timed in groups], width, label=who)
-    axes.set_xticks(range(len(groups)), [name for name, _ in groups], fontsize=7)
-    axes.set(ylabel="ns a call (median)", title="Dynamics")
+    axes.set_xticks(range(len(groups)), [name for name, _ in groups], fontsize=6)
+    axes.set(ylabel="ns a call (median)", title="Dynamics", yscale="log")
     axes.legend()
 
 

@@ -21,11 +21,17 @@ void set_pose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translatio
 }  // namespace
 
 PeerRobot FlatRobot::robot() const {
-  return {body.data(), static_cast<int>(body.size()), dof, {gravity[0], gravity[1], gravity[2]}};
+  return {body.data(),
+          static_cast<int>(body.size()),
+          nq,
+          dof,
+          {gravity[0], gravity[1], gravity[2]},
+          compiled.empty() ? nullptr : compiled.c_str()};
 }
 
 FlatRobot as_written(const control::TreeDescription& tree, const control::Mechanism& mechanism) {
   FlatRobot flat;
+  flat.nq = mechanism.nq();
   flat.dof = mechanism.dof();
   std::map<std::string, const control::JointDescription*> joint_of;
   std::map<std::string, const control::LinkDescription*> link_of;
@@ -38,19 +44,29 @@ FlatRobot as_written(const control::TreeDescription& tree, const control::Mechan
   std::map<std::string, int> index_of;  // the mechanism lists links depth first
   for (const control::LinkFrame& link : mechanism.links()) {
     const auto found = joint_of.find(link.name);
-    if (found == joint_of.end()) {
-      index_of[link.name] = -1;
-      continue;
-    }
-    const control::JointDescription& joint = *found->second;
-    const control::LinkInertia& inertia = link_of.at(link.name)->inertia;
     PeerBody body{};
-    body.parent = index_of.at(joint.parent_link);
-    body.kind = joint.kind == control::JointKind::kFixed       ? PeerBody::kFixed
-                : joint.kind == control::JointKind::kPrismatic ? PeerBody::kPrismatic
-                                                               : PeerBody::kRevolute;
-    set_pose(joint.parent_from_joint.linear(), joint.parent_from_joint.translation(), body);
-    Eigen::Map<Eigen::Vector3d>(body.axis) = joint.axis;
+    if (found == joint_of.end()) {
+      if (!mechanism.floating()) {
+        index_of[link.name] = -1;
+        continue;
+      }
+      body.parent = -1;
+      body.kind = PeerBody::kFree;
+      set_pose(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), body);
+    } else {
+      const control::JointDescription& joint = *found->second;
+      if (joint.mimic) {
+        throw std::runtime_error("joint '" + joint.name +
+                                 "' mimics another, which no peer knows: take <mimic> out first");
+      }
+      body.parent = index_of.at(joint.parent_link);
+      body.kind = joint.kind == control::JointKind::kFixed       ? PeerBody::kFixed
+                  : joint.kind == control::JointKind::kPrismatic ? PeerBody::kPrismatic
+                                                                 : PeerBody::kRevolute;
+      set_pose(joint.parent_from_joint.linear(), joint.parent_from_joint.translation(), body);
+      Eigen::Map<Eigen::Vector3d>(body.axis) = joint.axis;
+    }
+    const control::LinkInertia& inertia = link_of.at(link.name)->inertia;
     body.mass = inertia.mass_kg;
     Eigen::Map<Eigen::Vector3d>(body.com) = inertia.com_m;
     Eigen::Map<RowMajor>(body.inertia) = inertia.inertia_kg_m2;
@@ -62,12 +78,14 @@ FlatRobot as_written(const control::TreeDescription& tree, const control::Mechan
 
 FlatRobot merged(const control::Mechanism& mechanism) {
   FlatRobot flat;
+  flat.nq = mechanism.nq();
   flat.dof = mechanism.dof();
   for (const control::Body& from : mechanism.bodies()) {
     PeerBody body{};
     body.parent = from.parent;
-    body.kind =
-        from.motion == control::Motion::kTranslation ? PeerBody::kPrismatic : PeerBody::kRevolute;
+    body.kind = from.motion == control::Motion::kFree          ? PeerBody::kFree
+                : from.motion == control::Motion::kTranslation ? PeerBody::kPrismatic
+                                                               : PeerBody::kRevolute;
     set_pose(from.parent_from_joint.rotation, from.parent_from_joint.translation, body);
     body.axis[2] = 1.0;
     body.mass = from.inertia.mass;

@@ -13,7 +13,9 @@ namespace geodesic::bench {
 struct FlatRobot {
   std::vector<PeerBody> body;
   PeerRobot robot() const;
+  int nq = 0;
   int dof = 0;
+  std::string compiled;  ///< see PeerRobot
   double gravity[3] = {0.0, 0.0, -9.81};
 };
 

@@ -163,6 +163,20 @@ TEST_F(RobotFiles, AllFindingsAreReportedTogetherInOrder) {
   EXPECT_EQ(result.messages[4].place.file.filename(), "two.urdf");
 }
 
+TEST_F(RobotFiles, AJointThatNoDriveCanMoveIsRefusedByNameAndKind) {
+  for (const std::string kind : {"planar", "floating"}) {
+    write("two.urdf", replaced(kTwoUrdf, "<joint name=\"elbow\" type=\"revolute\">",
+                               "<joint name=\"elbow\" type=\"" + kind + "\">"));
+    const LoadResult result = load();
+    EXPECT_FALSE(result.ok);
+    ASSERT_EQ(result.messages.size(), 1U) << all_of(result.messages);
+    EXPECT_TRUE(says(result.messages, "two.urdf", 26, 3,
+                     "joint \"elbow\" is " + kind + ": no drive can move it; expected revolute",
+                     Message::Severity::kError))
+        << all_of(result.messages);
+  }
+}
+
 TEST_F(RobotFiles, MissingFileFolderAndEmptyFile) {
   LoadResult result = load_robot(folder() / "none.toml");
   EXPECT_FALSE(result.ok);

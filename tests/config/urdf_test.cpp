@@ -126,6 +126,26 @@ TEST_F(UrdfFiles, MimicArrivesWithItsFactors) {
   EXPECT_EQ(mimic->offset, 0.1);
 }
 
+TEST_F(UrdfFiles, PlanarAndFloatingJointsArrive) {
+  std::string text = replaced(kTwoUrdf, "<joint name=\"shoulder\" type=\"revolute\">",
+                              "<joint name=\"shoulder\" type=\"floating\">");
+  text = replaced(text, "<joint name=\"elbow\" type=\"revolute\">",
+                  "<joint name=\"elbow\" type=\"planar\">");
+  const UrdfResult urdf = load_urdf(write("two.urdf", text), true);
+  ASSERT_TRUE(urdf.ok) << all_of(urdf.messages);
+  EXPECT_EQ(joint_named(urdf, "shoulder")->kind, control::JointKind::kFloating);
+  const control::JointDescription& elbow = *joint_named(urdf, "elbow");
+  EXPECT_EQ(elbow.kind, control::JointKind::kPlanar);
+  EXPECT_EQ(elbow.axis, Eigen::Vector3d::UnitZ());
+  EXPECT_TRUE(std::isinf(elbow.upper)) << "which of three a limit bounds is not said";
+  const control::Mechanism mechanism(urdf.tree, Eigen::Vector3d::Zero());
+  ASSERT_EQ(mechanism.factors().size(), 2U);
+  EXPECT_EQ(mechanism.nq(), 10);
+  EXPECT_EQ(mechanism.dof(), 9);
+  EXPECT_EQ(mechanism.factors()[1].q, 7);
+  EXPECT_EQ(mechanism.factors()[1].v, 6);
+}
+
 TEST_F(UrdfFiles, TheLocaleDoesNotMatter) {
   const std::string before = std::setlocale(LC_ALL, nullptr);
   for (const char* locale : {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "C.UTF-8"}) {

@@ -28,6 +28,19 @@ Eigen::VectorXd gravity_torque(double q) {
   return gravity(mechanism, workspace, Eigen::VectorXd(Eigen::Vector2d(q, q)));
 }
 
+TEST(Controller, RefusesJointsThatNoDriveCanMove) {
+  TreeDescription tree = testing::planar_tree();
+  tree.joints.back().kind = JointKind::kSpherical;
+  try {
+    Controller(Mechanism(tree, Eigen::Vector3d::Zero()), planar_options());
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("'" + tree.joints.back().name + "' is spherical"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Controller, RefusesOptionsThatDoNotFit) {
   ControllerOptions options = planar_options();
   options.joints.pop_back();
@@ -63,6 +76,36 @@ TEST(Controller, StartRampsTheModelsTorqueInAndNeverExceedsIt) {
   EXPECT_NEAR(bench.command.joint[0].torque, needed[0], 1e-9);
   EXPECT_NEAR(bench.report().model_torque[1], needed[1], 1e-9);
   EXPECT_EQ(bench.report().authority, 1.0);
+}
+
+/// The model's torque of a moving arm that is compensated so far.
+Eigen::Vector2d moving_torque(double coriolis) {
+  ControllerOptions options = planar_options();
+  options.coriolis = coriolis;
+  Bench bench(options);
+  EXPECT_TRUE(bench.run_until(kActive));
+  for (int i = 0; i < 200; ++i) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      JointState& joint = bench.arm.state.joint[k];
+      joint.velocity = k == 0 ? 0.7 : -1.1;
+      joint.position += joint.velocity * 1e-9 * static_cast<double>(kPeriod);
+    }
+    bench.cycle();
+  }
+  EXPECT_EQ(bench.state(), kActive);
+  return {bench.report().model_torque[0], bench.report().model_torque[1]};
+}
+
+TEST(Controller, CompensatesTheChosenShareOfTheCoriolisTorque) {
+  const Eigen::Vector2d none = moving_torque(0.0);
+  const Eigen::Vector2d some = moving_torque(0.3);
+  const Eigen::Vector2d all = moving_torque(1.0);
+  // The textbook's 2R arm: h = m2 l1 lc2 sin(q2); -h (2 v1 v2 + v2^2) and h v1^2.
+  const double ahead_s = 1e-9 * 1.5 * static_cast<double>(kPeriod);
+  const double h = 2.0 * 0.5 * 0.25 * std::sin(0.3 - 1.1 * (0.2 + ahead_s));
+  EXPECT_NEAR(all[0] - none[0], -h * (2.0 * 0.7 * -1.1 + 1.1 * 1.1), 1e-4);
+  EXPECT_NEAR(all[1] - none[1], h * 0.7 * 0.7, 1e-4);
+  EXPECT_NEAR((some - (none + 0.3 * (all - none))).norm(), 0.0, 1e-12);
 }
 
 TEST(Controller, CommandsFollowTheState) {

@@ -43,6 +43,8 @@ TEST(Options, EachOutOfRangeIsNamed) {
       {"connect_timeout_s", [](auto& o) { o.safety.connect_timeout_s = 0.0; }},
       {"encoder_jump", [](auto& o) { o.safety.encoder_jump = 0.0; }},
       {"velocity_filter_hz", [](auto& o) { o.velocity_filter_hz = -1.0; }},
+      {"coriolis", [](auto& o) { o.coriolis = 1.1; }},
+      {"coriolis", [](auto& o) { o.coriolis = kNan; }},
       {"allow_zero_law", [](auto& o) { o.law = LawKind::kZero; }},
       {"law is none", [](auto& o) { o.law = static_cast<LawKind>(9); }},
       {"0 joints", [](auto& o) { o.joints.clear(); }},

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "control/mechanism/configuration.hpp"
 #include "control/mechanism/gravity.hpp"
 #include "control/mechanism/kinematics.hpp"
 #include "control/mechanism/mechanism.hpp"

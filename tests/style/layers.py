@@ -13,7 +13,8 @@ ROOMS = {  # room: (rooms it may include, libraries it may include besides C++, 
     "config": ({"rt", "control", "drivers", "config"},
                {"Eigen/", "fmt/", "toml++/", "urdf_", "tinyxml2.h", "console_bridge/"}),
     "tools": ({"rt", "control", "drivers", "config", "tools"},
-              {"Eigen/", "fmt/", "spdlog/", "CLI/", "nlohmann/", "mujoco/", "sys/capability.h"}),
+              {"Eigen/", "fmt/", "spdlog/", "CLI/", "nlohmann/", "mujoco/", "ginac/",
+               "sys/capability.h"}),
     "tests": ({"rt", "control", "drivers", "config", "tools", "tests"}, {""}),
 }
 # Inside control/ the geometry knows no mechanism, the mechanism no law, and safety no law.

@@ -52,6 +52,9 @@ int call(int argc, const char* const* argv) {
   add_bus(app, run);
   add_check(app, run);
   add_model(app, run);
+  add_derive(app, run);
+  add_compile(app, run);
+  add_shoot(app, run);
   add_decode(app, run);
   add_status(app, run);
   add_law(app, run);

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -35,17 +35,29 @@ Eigen::VectorXd member(const json& state, const char* key, const std::string& wh
   return vector_of(*found, fmt::format("{}.{}", where, key));
 }
 
-/// A name, or an object with "name" and "nv". References list the floating base among the joints:
-/// it has another nv and is not one of ours.
-std::optional<std::string> joint_name(const json& joint, const std::string& where) {
-  if (joint.is_string()) return joint.get<std::string>();
+/// A name, or an object with "name" and perhaps idx_q, nq, idx_v, nv; nothing for one without any
+/// degree of freedom (some engines list the world).
+std::optional<FileJoint> file_joint(const json& joint, const std::string& where) {
+  if (joint.is_string()) return FileJoint{joint.get<std::string>(), -1, -1, -1, -1};
   if (!joint.is_object()) throw BadInput(where + ": expected a name, or an object with a name");
-  const auto nv = joint.find("nv");
-  if (nv != joint.end() && !nv->is_number()) throw BadInput(where + ".nv: expected a number");
-  if (nv != joint.end() && *nv != 1) return std::nullopt;
+  FileJoint result;
+  const auto whole_number = [&](const char* key, int& to) {
+    const auto found = joint.find(key);
+    if (found == joint.end() || found->is_null()) return;
+    if (!found->is_number_integer() || *found < 0 || *found > 100000) {
+      throw BadInput(fmt::format("{}.{}: expected a whole number from 0 on", where, key));
+    }
+    to = found->get<int>();
+  };
+  whole_number("idx_q", result.idx_q);
+  whole_number("nq", result.nq);
+  whole_number("idx_v", result.idx_v);
+  whole_number("nv", result.nv);
+  if (result.nv == 0) return std::nullopt;
   const auto name = joint.find("name");
   if (name == joint.end() || !name->is_string()) throw BadInput(where + ".name: expected text");
-  return name->get<std::string>();
+  result.name = name->get<std::string>();
+  return result;
 }
 
 void fit(Eigen::VectorXd& vector, int size, const char* what, bool may_be_missing,
@@ -75,8 +87,12 @@ StatesFile read_states(const std::string& file) {
   StatesFile result;
   if (root.contains("gravity")) {
     const Eigen::VectorXd gravity = vector_of(root["gravity"], file + ": gravity");
-    if (gravity.size() != 3) throw BadInput(file + ": gravity: expected 3 numbers [m/s²]");
-    result.gravity = Eigen::Vector3d(gravity);
+    // Six are a motion: linear, then angular.
+    const bool motion = gravity.size() == 6 && gravity.tail<3>().isZero(0.0);
+    if (gravity.size() != 3 && !motion) {
+      throw BadInput(file + ": gravity: expected 3 numbers [m/s²]");
+    }
+    result.gravity = Eigen::Vector3d(gravity.head<3>());
   }
   if (root.contains("ee_frame")) {
     if (!root["ee_frame"].is_string()) throw BadInput(file + ": ee_frame: expected a link's name");
@@ -90,8 +106,8 @@ StatesFile read_states(const std::string& file) {
   }
   if (root.contains("joints") && root["joints"].is_array()) {
     for (std::size_t i = 0; i < root["joints"].size(); ++i) {
-      if (auto name = joint_name(root["joints"][i], fmt::format("{}: joints[{}]", file, i))) {
-        result.joints.push_back(std::move(*name));
+      if (auto joint = file_joint(root["joints"][i], fmt::format("{}: joints[{}]", file, i))) {
+        result.joints.push_back(std::move(*joint));
       }
     }
   }
@@ -107,21 +123,45 @@ StatesFile read_states(const std::string& file) {
   return result;
 }
 
-void fit_states(StatesFile& file, const control::Mechanism& mechanism, const std::string& name) {
-  if (!file.joints.empty() && file.joints != mechanism.joint_names()) {
-    throw BadInput(fmt::format("{}: joints: the file's order is {}; this robot's is {}", name,
-                               fmt::join(file.joints, ", "),
-                               fmt::join(mechanism.joint_names(), ", ")));
+std::vector<std::string> free_listed_mimics(const StatesFile& file,
+                                            control::TreeDescription& tree) {
+  std::vector<std::string> freed;
+  for (control::JointDescription& joint : tree.joints) {
+    const bool listed = std::any_of(file.joints.begin(), file.joints.end(),
+                                    [&](const FileJoint& each) { return each.name == joint.name; });
+    if (joint.mimic && listed) {
+      joint.mimic.reset();
+      freed.push_back(joint.name);
+    }
   }
+  return freed;
+}
+
+bool lists_base(const StatesFile& file, const control::TreeDescription& tree) {
+  return std::any_of(file.joints.begin(), file.joints.end(), [&](const FileJoint& each) {
+    return each.nv == 6 && std::none_of(tree.joints.begin(), tree.joints.end(),
+                                        [&](const auto& own) { return own.name == each.name; });
+  });
+}
+
+void fit_states(StatesFile& file, const control::Mechanism& mechanism, const std::string& name) {
+  const int q_size = file.states.empty() ? -1 : static_cast<int>(file.states.front().q.size());
+  file.layout.emplace(mechanism, file.joints, q_size, name);
+  const StatesLayout& layout = *file.layout;
+  file.as_written = file.states;
   for (std::size_t i = 0; i < file.states.size(); ++i) {
+    EvaluationState& written = file.as_written[i];
     EvaluationState& state = file.states[i];
     const std::string where = fmt::format("{}: states[{}]", name, i);
-    fit(state.q, mechanism.nq(), "q", false, where);
-    fit(state.v, mechanism.dof(), "v", true, where);
-    fit(state.a, mechanism.dof(), "a", true, where);
-    if (mechanism.floating() && std::abs(state.q.segment<4>(3).norm() - 1.0) > 1e-6) {
-      throw BadInput(where + ".q: elements 3 to 6 must be a unit quaternion (x y z w)");
-    }
+    fit(written.q, layout.nq(), "q", false, where);
+    fit(written.v, layout.nv(), "v", true, where);
+    fit(written.a, layout.nv(), "a", true, where);
+    state = written;
+    state.q = layout.own_q(written.q, where);
+    if (layout.plain()) continue;
+    const Eigen::MatrixXd own_from_file = layout.own_from_file(state.q);
+    state.v = own_from_file * written.v;
+    state.a = own_from_file * written.a + layout.own_from_file_rate(state.q, state.v) * written.v;
   }
 }
 

@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "rt/capabilities.hpp"
 #include "rt/clock.hpp"
 #include "rt/cyclic_thread.hpp"
+#include "tools/compile/agreement.hpp"
 #include "tools/geodesicd/control_socket.hpp"
 #include "tools/geodesicd/daemon.hpp"
 #include "tools/geodesicd/options.hpp"
@@ -193,9 +195,19 @@ void greet(const config::Robot& robot, const rt::CyclicThread& loop, const Contr
 /// From a checked robot to the end of its run. @throws what stands in the way of a start.
 ExitCode run(const CommandLine& line, const config::LoadResult& loaded, Log& log, int signals) {
   const config::Robot& robot = loaded.robot;
+  control::Mechanism mechanism = config::make_mechanism(robot, robot.payload);
+  std::optional<compile::VerifiedModel> compiled;
+  if (!robot.compiled.empty()) {
+    compiled.emplace(robot.compiled, mechanism, line.robot);
+    log.info(fmt::format(
+        "compiled model {}, fingerprint {}: agrees with the robot's file to {:.2g} in {} states",
+        robot.compiled.string(), compiled->fingerprint(), compiled->agreement().worst,
+        compiled->agreement().states));
+  }
+  const control::CompiledModel* functions = compiled ? compiled->functions_for(mechanism) : nullptr;
   drivers::Arm arm(robot.arm);
   arm.tend();
-  control::Controller controller(config::make_mechanism(robot, robot.payload), robot.controller);
+  control::Controller controller(std::move(mechanism), robot.controller, functions);
   ControlServer socket(line.socket.empty() ? control_path(robot.name, PathEnvironment::current())
                                            : line.socket);
   const Vocabulary words(robot);
@@ -212,7 +224,7 @@ ExitCode run(const CommandLine& line, const config::LoadResult& loaded, Log& log
   // On the heap: the rings are megabytes.
   const auto daemon = std::make_unique<Daemon>(arm, controller, daemon_options(line, robot));
   rt::CyclicThread loop(thread_options(line, robot, arm));
-  Tuning tuning(line, loaded, daemon->setups(), log);
+  Tuning tuning(line, loaded, daemon->setups(), log, compiled ? &*compiled : nullptr);
   Service service({line.allow_zero_law, line.simulated_time}, words, *daemon, loop, socket, log,
                   tuning, trace.get());
   if (const auto refusal = loop.start(*daemon)) {

@@ -43,6 +43,7 @@ Exit codes
 Examples
   geodesicd robot.toml                                  as the file says
   geodesicd robot.toml --bus vcan0                      against `geodesic sim robot.toml --bus vcan0`
+  geodesicd robot.toml --compiled robot.compiled.so     with what `geodesic compile robot.toml` built
   geodesicd robot.toml --no-start                       connect nothing until `geodesic law float`
   geodesicd robot.toml --bus unix:/tmp/arm.bus --simulated-time --seconds 20 \
             --summary run.json --trace run.csv          a repeatable run, faster than real time)";
@@ -59,6 +60,11 @@ void describe_options(CLI::App& app, CommandLine& line, std::string& level) {
       ->allow_extra_args(false);
   app.add_option("--law", line.law, "start with this law: float, hold, damp or zero")
       ->check(CLI::IsMember(std::vector<std::string>(kLaws.begin(), kLaws.end())));
+  app.add_option(
+         "--compiled", line.compiled,
+         "compute with the model that `geodesic compile` has built, once it has agreed with "
+         "the robot's file in a thousand states; none: without, whatever the file says")
+      ->type_name("FILE");
   app.add_flag("--no-start", line.no_start, "stay off until `geodesic law NAME` asks for a start");
   app.add_option("--seconds", line.seconds,
                  "a controlled stop so long after the arm became active, then exit; seconds of "
@@ -140,6 +146,9 @@ std::optional<std::string> apply(const CommandLine& options, config::Robot& robo
   }
   if (robot.controller.law == control::LawKind::kZero && !options.allow_zero_law) {
     return "the law zero lets the arm fall: it needs --allow-zero-law (virtual buses only)";
+  }
+  if (!options.compiled.empty()) {
+    robot.compiled = options.compiled == "none" ? "" : options.compiled;
   }
   robot.controller.allow_zero_law = options.allow_zero_law;
   robot.controller.start_active = robot.controller.start_active && !options.no_start;

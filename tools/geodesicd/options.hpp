@@ -27,6 +27,7 @@ struct CommandLine {
   std::vector<std::string> buses;
   std::filesystem::path socket;
   std::string law;
+  std::string compiled;  ///< a compiled model's file in place of the robot file's; "none": no such
   double seconds = 0.0;  ///< 0: no end
   bool best_effort = false;
   bool no_seal = false;

@@ -3,7 +3,9 @@
 
 #include <unistd.h>
 
+#include "config/setup.hpp"
 #include "control/arms.hpp"
+#include "tools/compile/fingerprint.hpp"
 
 namespace geodesic::tools {
 
@@ -193,6 +195,10 @@ ordered_json status_json(const RunView& run) {
 ordered_json summary_json(const RunView& run, bool forced) {
   const config::Robot& robot = *run.words.robot;
   ordered_json summary{{"robot", robot.name}, {"version", GEODESIC_VERSION}};
+  summary["model"] = {
+      {"path", robot.compiled.empty() ? "interpreted" : "compiled"},
+      {"file", robot.compiled.string()},
+      {"fingerprint", compile::fingerprint(config::make_mechanism(robot, robot.payload))}};
   add_health(summary, run);
   add_phases(summary, run.loop, run.phases);
   summary["arms"] = arms_json(run);

@@ -128,8 +128,9 @@ std::vector<std::string> excluded_now(const config::Robot& from, const config::R
   return texts;
 }
 
-Tuner::Tuner(CommandLine line, LoadResult start, HandOver hand_over)
-    : line_(std::move(line)), hand_over_(std::move(hand_over)) {
+Tuner::Tuner(CommandLine line, LoadResult start, HandOver hand_over,
+             const compile::VerifiedModel* compiled)
+    : line_(std::move(line)), hand_over_(std::move(hand_over)), compiled_(compiled) {
   now_.file = std::move(start);
   now_.loaded = now_.file;
   apply(line_, now_.loaded.robot);
@@ -217,6 +218,25 @@ TuneOutcome Tuner::undo(const Record& now) {
   return take(std::move(next), now);
 }
 
+/// With the compiled functions if they are this mechanism's; a note where that changes.
+std::unique_ptr<const control::Setup> Tuner::make_setup(const config::Robot& robot,
+                                                        const control::Setup& before,
+                                                        std::vector<std::string>& notes) const {
+  auto setup = std::make_unique<control::Setup>(config::make_setup(robot));
+  if (compiled_ == nullptr) return setup;
+  setup->compiled = compiled_->functions_for(setup->mechanism);
+  const bool had = compiled_->functions_for(before.mechanism) != nullptr;
+  if (had && setup->compiled == nullptr) {
+    notes.push_back(fmt::format(
+        "the compiled model {} is not this mechanism's: the model read from the file takes over "
+        "until the change is taken back; `geodesic compile` and a restart make one that is",
+        robot.compiled.string()));
+  } else if (!had && setup->compiled != nullptr) {
+    notes.push_back(fmt::format("the compiled model {} counts again", robot.compiled.string()));
+  }
+  return setup;
+}
+
 TuneOutcome Tuner::take(State next, const Record& now) {
   if (before_) {
     return refused_for({"the real-time thread has not taken the last change yet; try again"});
@@ -237,8 +257,9 @@ TuneOutcome Tuner::take(State next, const Record& now) {
   std::unique_ptr<const control::Setup> setup;
   if (outcome.problems.empty() && !outcome.changes.empty()) {
     try {
-      setup = std::make_unique<const control::Setup>(config::make_setup(robot));
-      outcome.problems = control::unexchangeable(config::make_setup(now_.loaded.robot), *setup);
+      const control::Setup before = config::make_setup(now_.loaded.robot);
+      setup = make_setup(robot, before, outcome.notes);
+      outcome.problems = control::unexchangeable(before, *setup);
     } catch (const std::invalid_argument& wrong) {
       outcome.problems.emplace_back(wrong.what());
     }

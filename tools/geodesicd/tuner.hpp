@@ -15,6 +15,7 @@
 #include "config/difference.hpp"
 #include "config/robot.hpp"
 #include "control/setup.hpp"
+#include "tools/compile/agreement.hpp"
 #include "tools/geodesicd/options.hpp"
 #include "tools/geodesicd/telemetry.hpp"
 
@@ -39,7 +40,10 @@ class Tuner {
   using HandOver = std::function<Verdict(std::unique_ptr<const control::Setup>)>;
 
   /// @param start  what the daemon started with, before the command line was applied
-  Tuner(CommandLine line, config::LoadResult start, HandOver hand_over);
+  /// @param compiled  the model's compiled functions: they are taken for their own mechanism only,
+  ///   for any other that is tuned the algorithms are; null: there are none
+  Tuner(CommandLine line, config::LoadResult start, HandOver hand_over,
+        const compile::VerifiedModel* compiled = nullptr);
 
   /// The files have been saved, or somebody wants them read. `now`: the newest cycle.
   TuneOutcome reload(const Record& now);
@@ -73,9 +77,13 @@ class Tuner {
   config::LoadResult load(const std::optional<config::RobotText>& text,
                           const std::vector<config::Override>& tuned) const;
   TuneOutcome take(State next, const Record& now);
+  std::unique_ptr<const control::Setup> make_setup(const config::Robot& robot,
+                                                   const control::Setup& before,
+                                                   std::vector<std::string>& notes) const;
 
   CommandLine line_;
   HandOver hand_over_;
+  const compile::VerifiedModel* compiled_;
   State now_;
   std::unique_ptr<State> before_;  ///< while it is not known whether now_ counts
 };

@@ -77,14 +77,16 @@ std::vector<std::filesystem::path> files_of(const CommandLine& line,
 }  // namespace
 
 Tuning::Tuning(const CommandLine& line, const config::LoadResult& start, SetupExchange& exchange,
-               Log& log)
+               Log& log, const compile::VerifiedModel* compiled)
     : line_(line),
       exchange_(exchange),
       log_(log),
-      tuner_(line, start,
-             [this](std::unique_ptr<const control::Setup> setup) {
-               return hand_over(std::move(setup));
-             }),
+      tuner_(
+          line, start,
+          [this](std::unique_ptr<const control::Setup> setup) {
+            return hand_over(std::move(setup));
+          },
+          compiled),
       watch_(files_of(line, start)) {}
 
 const char* Tuning::to_string(By by) noexcept {

@@ -20,8 +20,9 @@ class Tuning {
   using Clock = std::chrono::steady_clock;
 
   /// `exchange` and `log` outlive it. @param start  what the daemon started with
+  /// @param compiled  as Tuner's; outlives it
   Tuning(const CommandLine& line, const config::LoadResult& start, SetupExchange& exchange,
-         Log& log);
+         Log& log, const compile::VerifiedModel* compiled = nullptr);
 
   /// Has the files read again at the next round. Any thread.
   void ask_reload() noexcept { reload_asked_.store(true, std::memory_order_relaxed); }

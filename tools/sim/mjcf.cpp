@@ -98,6 +98,11 @@ class Writer {
   }
 
   void dof(const JointDescription& joint) {
+    if (control::freedoms(joint.kind) != 1) {
+      throw std::invalid_argument(fmt::format(
+          "joint '{}' is {}; the simulated arm has joints with one degree of freedom only",
+          joint.name, control::kind_name(joint.kind)));
+    }
     const std::size_t index = joint_.at(joint.name);
     config::SimulatedJoint own;
     if (const auto place = order_.find(joint.name); place != order_.end()) {

@@ -79,6 +79,10 @@ void* make(const PeerRobot* robot, const char** why) {
   std::vector<bool> on_path(n, false);
   int tip = -1;
   for (int i = 0; i < robot->bodies; ++i) {
+    if (robot->body[i].kind == PeerBody::kFree) {
+      *why = "its dynamics solvers know fixed bases only";
+      return nullptr;
+    }
     tip = robot->body[i].kind != PeerBody::kFixed ? i : tip;
   }
   for (int i = tip; i >= 0; i = robot->body[i].parent) {
@@ -164,9 +168,10 @@ void forward_dynamics(void* model, const double* q, const double* v, const doubl
   write(m.result, out);
 }
 
-constexpr Peer kPeer{"KDL",   KDL_VERSION_STRING,
-                     1e-9,    make,
-                     destroy, {bias, gravity, inverse_dynamics, mass_matrix, forward_dynamics}};
+constexpr Peer kPeer{
+    "KDL",   KDL_VERSION_STRING,
+    1e-9,    make,
+    destroy, {bias, gravity, inverse_dynamics, mass_matrix, forward_dynamics, nullptr, nullptr}};
 
 }  // namespace
 

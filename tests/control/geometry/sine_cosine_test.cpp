@@ -2,6 +2,7 @@
 // beside an angle in the array.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "control/geometry/sine_cosine.hpp"
+#include "control/mechanism/compact_dispatch.hpp"
 
 namespace geodesic::control {
 namespace {
@@ -74,6 +76,31 @@ TEST(SineCosine, OfManyIsThatOfEachToTheBit) {
     for (std::size_t i = 0; i < n; ++i) {
       EXPECT_EQ(s[i], sine_cosine(x[i]).sine);
       EXPECT_EQ(c[i], sine_cosine(x[i]).cosine);
+    }
+  }
+}
+
+TEST(SineCosine, VectorsOfAnyLengthGiveTheSameBits) {
+  constexpr std::size_t kAngles = 4096;
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> angle(-20.0, 20.0);
+  std::vector<double> x(kAngles);
+  for (std::size_t i = 0; i < kAngles; ++i) {
+    x[i] = (i % 100 == 99 ? 1e6 : 1.0) * angle(random);  // some are far
+  }
+  for (int r = 0; r <= static_cast<int>(widest_registers()); ++r) {
+    std::vector<double> s(kAngles);
+    std::vector<double> c(kAngles);
+    run_with(static_cast<Registers>(r), [&](auto lanes) noexcept {
+      for (std::size_t i = 0; i < kAngles; i += lanes()) {
+        double some[lanes()];
+        std::copy_n(&x[i], lanes(), some);
+        sine_cosine(some, &s[i], &c[i]);
+      }
+    });
+    for (std::size_t i = 0; i < kAngles; ++i) {
+      ASSERT_EQ(s[i], sine_cosine(x[i]).sine) << "registers " << r << ", " << x[i];
+      ASSERT_EQ(c[i], sine_cosine(x[i]).cosine) << "registers " << r << ", " << x[i];
     }
   }
 }

@@ -181,9 +181,9 @@ TEST(MechanismClosedForm, AStepAlongAVelocityIsTheFlowOfItsTwist) {
   const VectorXd q = random.configuration(arm);
   const VectorXd v = random.vector(arm.dof(), 2.0);
   VectorXd once(arm.nq()), twice(arm.nq());
-  displace(arm, q, v, 0.8, once);
-  displace(arm, q, v, 0.3, twice);
-  displace(arm, twice, v, 0.5, twice);
+  integrate(arm, q, v, 0.8, once);
+  integrate(arm, q, v, 0.3, twice);
+  integrate(arm, twice, v, 0.5, twice);
   EXPECT_LE((once - twice).norm(), 1e-14);
   const Pose flow = link_pose(arm, q, 0) * exp(0.8 * Twist{v.head<3>(), v.segment<3>(3)});
   EXPECT_LE((link_pose(arm, once, 0).rotation - flow.rotation).norm(), 1e-14);

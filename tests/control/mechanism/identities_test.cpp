@@ -33,7 +33,7 @@ struct Case {
   /// The configuration after moving along v for a time.
   VectorXd moved(double time) const {
     VectorXd result = q;
-    displace(mechanism, q, v, time, result);
+    integrate(mechanism, q, v, time, result);
     return result;
   }
 };
@@ -144,7 +144,7 @@ TEST(MechanismIdentities, EnergyChangesByThePowerOfTheTorques) {
     const MatrixXd energy_rate = rate([&](double t) -> MatrixXd {
       // To third order the path with acceleration a; odd errors above cancel in the extrapolation.
       VectorXd q = c.q;
-      displace(m, c.q, c.v + (0.5 * t) * c.a, t, q);
+      integrate(m, c.q, c.v + (0.5 * t) * c.a, t, q);
       const VectorXd v = c.v + t * c.a;
       return MatrixXd::Constant(1, 1, kinetic_energy(m, w, q, v) + potential_energy(m, w, q));
     });
@@ -203,7 +203,7 @@ TEST(MechanismIdentities, ChristoffelSymbolsMakeTheCoriolisMatrix) {
       }
     }
     expect_near(found, expected, 1e-12);
-    if (!m.floating()) {
+    if (m.one_chart()) {
       EXPECT_LE(asymmetry, 1e-13 * (1.0 + metric(m, w, c.q).norm()));
     }
   });

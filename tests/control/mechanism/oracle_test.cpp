@@ -66,11 +66,26 @@ Eigen::VectorXd vector(const json& value) {
   return Eigen::Map<const Eigen::VectorXd>(list.data(), static_cast<Eigen::Index>(list.size()));
 }
 
+/// q where a file writes the angle of a joint as (cos, sin): joints[] gives it nq 2 and nv 1.
+Eigen::VectorXd configuration(const json& oracle, const json& state) {
+  const Eigen::VectorXd written = vector(state.at("q"));
+  std::vector<double> q(written.begin(), written.end());
+  for (std::size_t i = oracle.at("joints").size(); i-- > 0;) {
+    const json& joint = oracle["joints"][i];
+    if (joint.is_object() && joint.value("nq", 1) == 2 && joint.value("nv", 1) == 1) {
+      const auto at = joint.at("idx_q").get<std::ptrdiff_t>();
+      q[static_cast<std::size_t>(at)] = std::atan2(written[at + 1], written[at]);
+      q.erase(q.begin() + at + 1);
+    }
+  }
+  return Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
+}
+
 using Quantities = std::map<std::string, std::vector<double>>;
 
-Quantities evaluate(const Mechanism& mechanism, int ee, const json& state) {
+Quantities evaluate(const Mechanism& mechanism, int ee, const Eigen::VectorXd& q,
+                    const json& state) {
   Workspace workspace(mechanism);
-  const Eigen::VectorXd q = vector(state.at("q"));
   const Eigen::VectorXd v = vector(state.at("v"));
   const Eigen::VectorXd a = vector(state.at("a"));
   const Eigen::VectorXd g = gravity(mechanism, workspace, q);
@@ -161,7 +176,6 @@ void check(const std::filesystem::path& file) {
   EXPECT_EQ(mechanism.joint_names(), joint_names(oracle));
   if (oracle.contains("nv")) {
     ASSERT_EQ(mechanism.dof(), oracle.at("nv").get<int>());
-    ASSERT_EQ(mechanism.nq(), oracle.at("nq").get<int>());
   }
   if (oracle.contains("moving_mass")) {
     EXPECT_NEAR(mechanism.moving_mass(), oracle.at("moving_mass").get<double>(), 1e-12);
@@ -171,7 +185,9 @@ void check(const std::filesystem::path& file) {
   const json& states = oracle.at("states");
   ASSERT_FALSE(states.empty());
   for (std::size_t i = 0; i < states.size(); ++i) {
-    const Quantities ours = evaluate(mechanism, *ee, states[i]);
+    const Eigen::VectorXd q = configuration(oracle, states[i]);
+    ASSERT_EQ(q.size(), mechanism.nq());
+    const Quantities ours = evaluate(mechanism, *ee, q, states[i]);
     const std::string where = "state " + std::to_string(i);
     int compared = compare(ours, states[i], where);
     if (states[i].contains("hp")) {

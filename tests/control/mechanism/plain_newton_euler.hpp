@@ -28,16 +28,11 @@ inline Eigen::VectorXd plain_newton_euler(const Mechanism& mechanism, const Eige
     world.acceleration = upwards;
     const State& parent =
         body.parent == kWorld ? world : states[static_cast<std::size_t>(body.parent)];
-    state.pose = parent_from_body(mechanism, body, q);
+    state.pose = parent_from_body(body, q);
     state.velocity = body_velocity(body, state.pose, parent.velocity, v);
     state.acceleration = to_child(state.pose, parent.acceleration);
-    if (body.motion == Motion::kFree) {
-      state.acceleration.linear += a.head<3>();
-      state.acceleration.angular += a.segment<3>(3);
-    } else {
-      state.acceleration = state.acceleration + v[body.dof] * axis_rate(body, state.velocity);
-      add_along_axis(body, a[body.dof], state.acceleration);
-    }
+    state.acceleration =
+        state.acceleration + cross(state.velocity, joint_twist(body, v)) + joint_twist(body, a);
     state.force =
         body.inertia * state.acceleration + cross(state.velocity, body.inertia * state.velocity);
   }
@@ -45,11 +40,8 @@ inline Eigen::VectorXd plain_newton_euler(const Mechanism& mechanism, const Eige
   for (std::size_t i = bodies.size(); i-- > 0;) {
     const Body& body = bodies[i];
     const Wrench& force = states[i].force;
-    if (body.motion == Motion::kFree) {
-      tau.head<3>() = force.force;
-      tau.segment<3>(3) = force.moment;
-    } else {
-      tau[body.dof] += along_axis(body, force);
+    for (int k = 0; k < freedoms(body.motion); ++k) {
+      tau[body.dof + k] += along_axis(body, force, k);
     }
     if (body.parent != kWorld) {
       states[static_cast<std::size_t>(body.parent)].force += to_parent(states[i].pose, force);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "control/geometry/so3.hpp"
+#include "control/mechanism/configuration.hpp"
 #include "control/mechanism/kinematics.hpp"
 
 namespace geodesic::control::testing {
@@ -52,9 +53,13 @@ TreeDescription RandomArm::tree(const RandomTreeOptions& options) {
     joint.child_link = "link" + std::to_string(number);
     joint.parent_from_joint = pose();
     joint.axis = Eigen::Vector3d(vector(3)).normalized();
-    constexpr JointKind kKinds[] = {JointKind::kRevolute, JointKind::kContinuous,
-                                    JointKind::kRevolute, JointKind::kPrismatic, JointKind::kFixed};
-    joint.kind = kKinds[below(5)];
+    constexpr JointKind kKinds[] = {
+        JointKind::kRevolute, JointKind::kContinuous, JointKind::kRevolute,  JointKind::kPrismatic,
+        JointKind::kFixed,    JointKind::kPlanar,     JointKind::kSpherical, JointKind::kFloating};
+    // The first is kept simple where something will have to be mimicked.
+    const bool may_be_any = options.any_kind && made < options.joints &&
+                            (options.mimic_joints == 0 || !independent.empty());
+    joint.kind = kKinds[below(may_be_any ? 8 : 5)];
     tree.links.push_back({joint.child_link, inertia()});
     if (joint.kind != JointKind::kFixed) {
       ++made;
@@ -62,7 +67,7 @@ TreeDescription RandomArm::tree(const RandomTreeOptions& options) {
         const auto target = static_cast<std::size_t>(below(static_cast<int>(independent.size())));
         joint.mimic = MimicDescription{"joint" + std::to_string(independent[target]),
                                        uniform(-2.0, 2.0), uniform(-0.5, 0.5)};
-      } else {
+      } else if (freedoms(joint.kind) == 1) {
         independent.push_back(number);
       }
     }
@@ -73,7 +78,7 @@ TreeDescription RandomArm::tree(const RandomTreeOptions& options) {
 
 Eigen::VectorXd RandomArm::configuration(const Mechanism& mechanism) {
   Eigen::VectorXd q = neutral(mechanism);
-  displace(mechanism, q, vector(mechanism.dof(), 2.0), 1.0, q);
+  integrate(mechanism, q, vector(mechanism.dof(), 2.0), 1.0, q);
   return q;
 }
 
@@ -82,12 +87,19 @@ Mechanism random_mechanism(unsigned seed) {
   RandomArm random(seed);
   RandomTreeOptions shape;
   shape.joints = kSizes[seed % 8];
+  shape.any_kind = seed % 16 >= 8;
   shape.mimic_joints = seed % 3 == 1 ? std::min(shape.joints, 1 + random.below(6)) : 0;
   const TreeDescription tree = random.tree(shape);
   MechanismOptions options;
   options.base = seed % 4 == 3 ? Base::kFloating : Base::kFixed;
   if (seed % 5 == 2) {
     options.rotor_inertia = random.vector(shape.joints, 0.1).cwiseAbs();
+    const Mechanism without(tree, Eigen::Vector3d::Zero());
+    for (int i = 0; i < shape.joints; ++i) {
+      if (freedoms(without.joint_kinds()[static_cast<std::size_t>(i)]) > 1) {
+        options.rotor_inertia[i] = 0.0;
+      }
+    }
   }
   return {tree, Eigen::Vector3d(random.vector(3, 10.0)), options};
 }

@@ -13,6 +13,7 @@ namespace geodesic::control::testing {
 struct RandomTreeOptions {
   int joints = 7;          ///< independent
   int mimic_joints = 0;    ///< in addition
+  bool any_kind = false;   ///< planar, spherical and floating joints too
   double branching = 0.3;  ///< probability that a joint grows on any earlier link, not the last
 };
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "control/mechanism/configuration.hpp"
 #include "control/mechanism/kinematics.hpp"
 #include "control/mechanism/mechanism.hpp"
 
@@ -106,6 +107,18 @@ const Refusal kRefusals[] = {
        t.joints[2].mimic = MimicDescription{"j2"};
      },
      "'grip'", "fixed"},
+    {"MimicOfSpherical",
+     [](auto& t) {
+       t.joints[1].kind = JointKind::kSpherical;
+       t.joints[2].mimic = MimicDescription{"j2"};
+     },
+     "'grip'", "which is spherical"},
+    {"MimicIsPlanar",
+     [](auto& t) {
+       t.joints[1].kind = JointKind::kPlanar;
+       t.joints[1].mimic = MimicDescription{"j1"};
+     },
+     "'j2'", "is planar and mimics"},
     {"MimicNotFinite",
      [](auto& t) {
        t.joints[2].mimic = MimicDescription{"j2", kNan};
@@ -132,15 +145,15 @@ const Refusal kRefusals[] = {
     {"InertiaNan", [](auto& t) { t.links[1].inertia.inertia_kg_m2(0, 1) = kNan; }, "'a'", "finite"},
     {"InertiaAsymmetric", [](auto& t) { t.links[1].inertia.inertia_kg_m2(0, 1) = 0.1; }, "'a'",
      "symmetric"},
-    {"TooManyJoints", [](auto& t) { t = chain(33); }, "'j32'", "at most 32"},
+    {"TooManyJoints", [](auto& t) { t = chain(65); }, "'j64'", "at most 64"},
     {"TooManyMimicJoints",
      [](auto& t) {
-       t = chain(65);
+       t = chain(129);
        for (auto& j : t.joints) {
          if (j.name != "j0") j.mimic = MimicDescription{"j0"};
        }
      },
-     "'j64'", "at most 64"},
+     "'j128'", "at most 128"},
 };
 
 TEST(MechanismRefusals, EveryOneNamesTheCulprit) {
@@ -164,10 +177,13 @@ TEST(MechanismRefusals, Options) {
 }
 
 TEST(MechanismStructure, CapacityIsReachable) {
-  EXPECT_EQ(Mechanism(chain(32), kDown).dof(), 32);
-  TreeDescription coupled = chain(64);
-  for (std::size_t i = 32; i < 64; ++i) coupled.joints[i].mimic = MimicDescription{"j3"};
-  EXPECT_EQ(Mechanism(coupled, kDown).bodies().size(), 64U);
+  EXPECT_EQ(Mechanism(chain(64), kDown).dof(), 64);
+  TreeDescription coupled = chain(128);
+  for (std::size_t i = 64; i < 128; ++i) coupled.joints[i].mimic = MimicDescription{"j3"};
+  EXPECT_EQ(Mechanism(coupled, kDown).bodies().size(), 128U);
+  TreeDescription free = chain(64);
+  for (auto& each : free.joints) each.kind = JointKind::kFloating;
+  EXPECT_EQ(Mechanism(free, kDown, {Base::kFloating, {}}).dof(), 6 * 65);
 }
 
 TEST(MechanismStructure, DepthFirstSiblingsByName) {

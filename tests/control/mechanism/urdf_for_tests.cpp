@@ -43,7 +43,9 @@ LinkDescription link(const XMLElement* element) {
   }
   const Eigen::Isometry3d pose = origin(inertial);
   const XMLElement* i = inertial->FirstChildElement("inertia");
-  const auto figure = [&](const char* name) { return i->DoubleAttribute(name); };
+  const auto figure = [&](const char* name) {
+    return i != nullptr ? i->DoubleAttribute(name) : 0.0;
+  };
   Eigen::Matrix3d inertia;
   inertia << figure("ixx"), figure("ixy"), figure("ixz"),  //
       figure("ixy"), figure("iyy"), figure("iyz"),         //
@@ -61,6 +63,12 @@ JointKind kind(const std::string& type) {
   }
   if (type == "continuous") {
     return JointKind::kContinuous;
+  }
+  if (type == "planar") {
+    return JointKind::kPlanar;
+  }
+  if (type == "floating") {
+    return JointKind::kFloating;
   }
   return type == "prismatic" ? JointKind::kPrismatic : JointKind::kFixed;
 }
