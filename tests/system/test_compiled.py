@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-BOX = '\n[[payload]]\nname = "box"\nmass = 0.5\ncom = [0.02, 0, 0]\ninertia = [1e-3, 1e-3, 1e-3]\n'
+BOX = '\n[[payload]]\nname = "box"\nmass = 0.05\ncom = [0.02, 0, 0]\ninertia = [1e-4, 1e-4, 1e-4]\n'
 SECONDS = 3
 
 

@@ -8,6 +8,7 @@ extern "C" {
 /// Configurations q have nq numbers, velocities, accelerations and torques nv. No function keeps,
 /// allocates or throws anything; arrays need no alignment and must not overlap. A number that is
 /// not finite makes every result NaN that depends on its arm.
+// NOLINTNEXTLINE(readability-identifier-naming): C's own style, as the emitted file has it
 struct geodesic_compiled {
   std::uint32_t abi;        ///< kCompiledAbi
   std::uint32_t isa_level;  ///< needs x86-64-vN; 0: the architecture's base

@@ -72,6 +72,7 @@ std::string contents(const fs::path& file) {
 /// @return the program's exit status; its words go to `words`.
 int run(const std::vector<std::string>& command, const fs::path& words) {
   std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
   for (const std::string& one : command) arguments.push_back(const_cast<char*>(one.c_str()));
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;

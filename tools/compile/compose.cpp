@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numeric>
 #include <stdexcept>
 
@@ -71,8 +72,9 @@ class Search {
   /// Instructions first; of equals, fewer operations, then the shorter chain.
   double price(const Choices& choices) const {
     const Cost cost = function_(reduce(mechanism_, choices, snap_)).cost();
+    const int more_vectors = cost.angles > 8 ? (cost.angles - 1) / 8 : 0;
     return cost.instructions() + 0.1 * (cost.multiplications + cost.additions) + 0.01 * cost.depth +
-           (cost.angles > 8 ? 20.0 * ((cost.angles - 1) / 8) : 0.0);
+           20.0 * more_vectors;
   }
 
   bool improve(std::size_t i) {
@@ -119,12 +121,8 @@ void find_arms(const control::Mechanism& mechanism, Emission& emission) {
     int& mine = number[static_cast<std::size_t>(arm[i])];
     if (mine < 0) mine = found++;
     const bool free = bodies[i].motion == control::Motion::kFree;
-    for (int k = 0; k < (free ? 7 : 1); ++k) {
-      emission.arm_of_q[static_cast<std::size_t>(bodies[i].coordinate + k)] = mine;
-    }
-    for (int k = 0; k < (free ? 6 : 1); ++k) {
-      emission.arm_of_v[static_cast<std::size_t>(bodies[i].dof + k)] = mine;
-    }
+    std::fill_n(emission.arm_of_q.begin() + bodies[i].coordinate, free ? 7 : 1, mine);
+    std::fill_n(emission.arm_of_v.begin() + bodies[i].dof, free ? 6 : 1, mine);
   }
 }
 

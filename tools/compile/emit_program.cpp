@@ -25,7 +25,7 @@ std::string literal(double value) {
 /// All angles whose sine or cosine counts, each with its lane: joints' own first, then sums.
 class LanePlan {
  public:
-  LanePlan(const Graph& graph, const std::vector<bool>& live) : graph_(graph) {
+  LanePlan(const Graph& graph, const std::vector<bool>& live) {
     std::set<int> wanted;
     for (std::size_t i = 0; i < live.size(); ++i) {
       const Node& node = graph.nodes()[i];
@@ -125,7 +125,6 @@ class LanePlan {
     return text;
   }
 
-  const Graph& graph_;
   std::vector<JointAngle> joints_;
   std::vector<std::pair<int, Angle>> sums_;
   std::map<int, int> lane_of_;

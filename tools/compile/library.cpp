@@ -41,9 +41,9 @@ class Inspection {
                       "who starts it",
                       about.st_uid, ::geteuid()));
     }
-    if ((about.st_mode & S_IWOTH) != 0) {
+    if ((about.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
       refuse(
-          fmt::format("everybody may write it (mode {:o}); chmod o-w it once you know what is in "
+          fmt::format("others may write it (mode {:o}); chmod go-w it once you know what is in "
                       "it, or",
                       about.st_mode & 07777U));
     }

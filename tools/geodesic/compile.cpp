@@ -127,6 +127,7 @@ Outcome make(const CompileArguments& arguments, const control::Mechanism& mechan
     progress(fmt::format("{} at work", compiler), 0.0);
     const auto built = std::chrono::steady_clock::now();
     write_file(trial.path(), compile::sealed(compile::build(compiler, text)));
+    std::filesystem::permissions(trial.path(), std::filesystem::perms(0644));  // or it is refused
     outcome.build_s = seconds_since(built);
     progress("comparing", 0.0);
     const compile::Library library(trial.path(), "try again");
