@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "config/checks.hpp"
 #include "drivers/families.hpp"
@@ -65,20 +66,20 @@ BusLoad load_of(const Robot& robot, std::size_t index) {
   BusLoad load;
   load.name = bus.name;
   load.interface = bus.interface;
+  const double rate_hz = 1e9 / static_cast<double>(robot.period_ns);
   std::vector<drivers::CycleFrames> frames;
+  std::set<std::string_view> led;  // families whose frames for the whole bus are counted
   Sum sum(bus);
   for (const drivers::JointOptions& joint : robot.arm.joints) {
     const drivers::Family* family = drivers::find_family(joint.drive.family);
     if (joint.bus != index || family == nullptr) continue;
     ++load.drives;
-    const bool command_extended = joint.drive.id > 0x7FF;
-    const bool reply_extended = joint.drive.reply_id > 0x7FF;
-    frames.push_back({1, family->command_bytes, command_extended, bus.fd, bus.fd});
-    frames.push_back({1, family->reply_bytes, reply_extended, bus.fd, bus.fd});
-    sum.add("commands", family->command_bytes, command_extended);
-    sum.add("replies", family->reply_bytes, reply_extended);
+    for (const drivers::CyclicFrame& frame : family->cyclic_frames(joint.drive, rate_hz)) {
+      if (frame.once_a_bus && !led.insert(family->name).second) continue;
+      frames.push_back({1, frame.bytes, frame.extended, bus.fd, bus.fd});
+      sum.add(frame.reply ? "replies" : "commands", frame.bytes, frame.extended);
+    }
   }
-  const double rate_hz = 1e9 / static_cast<double>(robot.period_ns);
   load.budget = drivers::bus_budget(frames, rate_hz, bus.bit_rate, bus.data_bit_rate);
   const drivers::BusBudget& b = load.budget;
   load.arithmetic = fmt::format(

@@ -11,8 +11,7 @@ namespace {
 std::vector<const JointEntry*> on_bus(const RobotFile& file, const BusEntry& bus) {
   std::vector<const JointEntry*> entries;
   for (const JointEntry& entry : file.joints) {
-    if (entry.bus.given && entry.bus.value == bus.name.value && entry.drive.id.given &&
-        entry.drive.reply_id.given) {
+    if (entry.bus.given && entry.bus.value == bus.name.value && entry.drive.id.given) {
       entries.push_back(&entry);
     }
   }
@@ -28,7 +27,7 @@ bool check_pair(const JointEntry& first, const JointEntry& second, Findings& fin
   bool fine = true;
   const auto clash = [&](const Given<std::int64_t>& mine, const char* key,
                          const Given<std::int64_t>& theirs, const char* meaning) {
-    if (mine.value != theirs.value) return;
+    if (!mine.given || !theirs.given || mine.value != theirs.value) return;
     findings.error(mine.place, fmt::format("{}: {:#04x} is {} {}; expected identifiers of its own "
                                            "for every drive of a bus",
                                            key, mine.value, meaning, other));
@@ -41,6 +40,10 @@ bool check_pair(const JointEntry& first, const JointEntry& second, Findings& fin
   return fine;
 }
 
+const Place& place(const JointEntry& entry) {
+  return entry.drive.reply_id.given ? entry.drive.reply_id.place : entry.drive.id.place;
+}
+
 /// Families have more identifiers than the two (offsets, broadcast): the drives themselves know.
 void check_by_drives(const JointEntry& first, const drivers::Drive& a, const JointEntry& second,
                      const drivers::Drive& b, Findings& findings) {
@@ -48,16 +51,27 @@ void check_by_drives(const JointEntry& first, const drivers::Drive& a, const Joi
                          const JointEntry& hearer, const drivers::Drive& hears) {
     for (const drivers::IdFilter& reply : answers.reply_ids()) {
       for (const drivers::IdFilter& command : hears.command_ids()) {
-        if (reply.id != command.id || reply.extended != command.extended) continue;
-        findings.error(speaker.drive.reply_id.place,
-                       fmt::format("reply_id: {:#04x} is an identifier that commands the drive of "
-                                   "joint {} (line {})",
-                                   reply.id, quote(hearer.name.value), hearer.place.line));
+        if (!drivers::overlap(reply, command)) continue;
+        findings.error(
+            place(speaker),
+            fmt::format(
+                "drive: {:#04x} that it answers on is an identifier that commands the drive of "
+                "joint {} (line {})",
+                reply.id, quote(hearer.name.value), hearer.place.line));
       }
     }
   };
   clash(second, b, first, a);
   clash(first, a, second, b);
+  for (const drivers::IdFilter& reply : b.reply_ids()) {
+    for (const drivers::IdFilter& other : a.reply_ids()) {
+      if (!drivers::overlap(reply, other) || (reply.shared && other.shared)) continue;
+      findings.error(place(second),
+                     fmt::format("drive: {:#04x} that it answers on is one that the drive of joint "
+                                 "{} (line {}) answers on",
+                                 reply.id, quote(first.name.value), first.place.line));
+    }
+  }
 }
 
 }  // namespace

@@ -1,10 +1,33 @@
 // The options of one joint and its drive, declared once; see robot_file.cpp for all others.
 #include "config/joint_options.hpp"
 
+#include <algorithm>
+
 #include "config/watch_options.hpp"
+#include "drivers/families.hpp"
 
 namespace geodesic::config {
 namespace {
+
+void describe_setting(OptionVisitor& o, const drivers::DriveSetting& setting,
+                      Given<double>& value) {
+  const Spec spec{.key = setting.key,
+                  .doc = setting.doc,
+                  .unit = setting.unit,
+                  .range = {setting.lower, setting.upper, false},
+                  .choices = setting.choices,
+                  .required = setting.required,
+                  .live = kRestart};
+  if (setting.choices.empty()) {
+    o.number(spec, value);
+    return;
+  }
+  Given<std::string> choice{std::string(setting.choices[static_cast<std::size_t>(value.value)]),
+                            value.given, value.place};
+  o.text(spec, choice);
+  const auto at = std::find(setting.choices.begin(), setting.choices.end(), choice.value);
+  value = {static_cast<double>(at - setting.choices.begin()), choice.given, choice.place};
+}
 
 void describe_drive(OptionVisitor& o, DriveEntry& e) {
   e.place = o.here();
@@ -20,27 +43,30 @@ void describe_drive(OptionVisitor& o, DriveEntry& e) {
              .live = kRestart},
             e.id);
   o.integer({.key = "reply_id",
-             .doc = "Identifier the drive answers on.",
+             .doc = "Identifier the drive answers on, where its family does not say.",
              .range = between(0, 0x1FFFFFFF),
-             .required = true,
+             .default_text = "the family's",
              .live = kRestart},
             e.reply_id);
   o.number({.key = "position_range_rad",
-            .doc = "The drive's position scaling (Damiao PMAX); read back at start and compared.",
+            .doc = "The drive's position scaling (Damiao PMAX); read back at start and compared, "
+                   "where the drive tells. Families that send floats have none.",
             .unit = "rad",
             .range = kPositive,
-            .required = true,
+            .default_text = "none",
             .live = kRestart},
            e.position_range_rad);
   o.number({.key = "velocity_range_rad_s",
-            .doc = "The drive's velocity scaling (Damiao VMAX); read back and compared.",
+            .doc = "The drive's velocity scaling (Damiao VMAX); read back and compared. Families "
+                   "that send floats: the most the drive can do.",
             .unit = "rad/s",
             .range = kPositive,
             .required = true,
             .live = kRestart},
            e.velocity_range_rad_s);
   o.number({.key = "torque_range_nm",
-            .doc = "The drive's torque scaling (Damiao TMAX); read back and compared.",
+            .doc = "The drive's torque scaling (Damiao TMAX); read back and compared. Families "
+                   "that send floats: the most that is ever asked of the drive.",
             .unit = "N·m",
             .range = kPositive,
             .required = true,
@@ -57,6 +83,13 @@ void describe_drive(OptionVisitor& o, DriveEntry& e) {
           .doc = "Clear an error that the drive already has at start, instead of refusing.",
           .live = kRestart},
          e.clear_errors);
+  o.flag(
+      {.key = "error_diffusion",
+       .doc = "Carry what a torque code rounds away into the next cycle, so that the mean torque "
+              "is exact; for families that send torque as an integer.",
+       .live = kRestart},
+      e.error_diffusion);
+  describe_drive_settings(o, e);
 }
 
 void describe_limits(OptionVisitor& o, JointEntry& e) {
@@ -186,6 +219,21 @@ void describe_laws(OptionVisitor& o, JointEntry& e) {
 
 }  // namespace
 
+void describe_drive_settings(OptionVisitor& o, DriveEntry& e) {
+  const drivers::Family* family = drivers::find_family(e.family.value);
+  if (family == nullptr) return;
+  if (e.settings_of != family->name) {
+    e.settings.clear();
+    e.settings_of = family->name;
+    for (const drivers::DriveSetting& setting : family->settings) {
+      e.settings.push_back({setting.value, false, {}});
+    }
+  }
+  for (std::size_t i = 0; i < family->settings.size(); ++i) {
+    describe_setting(o, family->settings[i], e.settings[i]);
+  }
+}
+
 void describe_joint(OptionVisitor& o, JointEntry& e, bool defaults) {
   e.place = o.here();
   if (!defaults) {
@@ -219,6 +267,21 @@ void describe_joint(OptionVisitor& o, JointEntry& e, bool defaults) {
             .unit = kPosition,
             .live = kRestart},
            e.offset);
+  o.number(
+      {.key = "start_lower",
+       .doc = "Where the joint may stand when its drive is switched on, from here to "
+              "`start_upper`. Decides which turn a drive is in that forgets them; less than one "
+              "turn of the drive apart.",
+       .unit = kPosition,
+       .default_text = "half a turn of the drive below the middle of the limits",
+       .live = kRestart},
+      e.start_lower);
+  o.number({.key = "start_upper",
+            .doc = "See `start_lower`.",
+            .unit = kPosition,
+            .default_text = "half a turn of the drive above it",
+            .live = kRestart},
+           e.start_upper);
   describe_limits(o, e);
   describe_laws(o, e);
   o.table({.key = "drive", .doc = "The drive that moves the joint.", .required = true},

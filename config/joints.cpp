@@ -71,6 +71,10 @@ drivers::DriveOptions drive_of(const DriveEntry& entry, bool fd, Findings& findi
   drive.torque_range_nm = entry.torque_range_nm.value;
   drive.watchdog_ns = static_cast<std::int64_t>(entry.watchdog_ms.value * 1e6);
   drive.clear_errors = entry.clear_errors.value;
+  drive.error_diffusion = entry.error_diffusion.value;
+  for (std::size_t i = 0; i < entry.settings.size(); ++i) {
+    drive.settings.values[i] = entry.settings[i].value;
+  }
   if (!entry.family.given) return drive;
   const drivers::Family* family = drivers::find_family(drive.family);
   if (family == nullptr) {
@@ -79,13 +83,46 @@ drivers::DriveOptions drive_of(const DriveEntry& entry, bool fd, Findings& findi
     findings.error(entry.family.place,
                    fmt::format("family: found {}, expected one of: {}{}", quote(drive.family),
                                list_names(known), did_you_mean(drive.family, known)));
-  } else if (entry.id.given && entry.reply_id.given && entry.position_range_rad.given &&
-             entry.velocity_range_rad_s.given && entry.torque_range_nm.given) {
+  } else if (entry.id.given && entry.velocity_range_rad_s.given && entry.torque_range_nm.given) {
     for (const std::string& wrong : family->check(drive)) {
       findings.error(entry.id.place, fmt::format("drive: {}", wrong));
     }
   }
   return drive;
+}
+
+/// Where the joint may stand at power-on: as given, or one turn of the drive about the middle of
+/// its travel. No wider than a turn, or nobody could tell which one the drive is in.
+void fill_start_band(const JointEntry& entry, const control::JointTuning& tuning,
+                     drivers::JointOptions& joint, Findings& findings) {
+  const drivers::Family* family = drivers::find_family(joint.drive.family);
+  if (family == nullptr) return;
+  const double turn = family->position_period_rad(joint.drive) * joint.ratio;
+  const bool given = entry.start_lower.given || entry.start_upper.given;
+  const double middle = 0.5 * (tuning.position_lower + tuning.position_upper);
+  const double travel = tuning.position_upper - tuning.position_lower;
+  joint.start_lower = entry.start_lower.given ? entry.start_lower.value : middle - 0.5 * turn;
+  joint.start_upper = entry.start_upper.given ? entry.start_upper.value : middle + 0.5 * turn;
+  if (!(turn > 0.0)) return;
+  const double band = joint.start_upper - joint.start_lower;
+  const Place& place = entry.start_lower.given   ? entry.start_lower.place
+                       : entry.start_upper.given ? entry.start_upper.place
+                                                 : entry.place;
+  if (entry.start_lower.given != entry.start_upper.given) {
+    findings.error(place, "start_lower and start_upper: found one, expected both or none");
+  } else if (given && !(band > 0.0 && band <= turn)) {
+    findings.error(place, fmt::format("start_lower {} to start_upper {}: found a band of {:.6g}, "
+                                      "expected more than 0 and at most one turn of the drive at "
+                                      "the joint, {:.6g}",
+                                      joint.start_lower, joint.start_upper, band, turn));
+  } else if (!given && travel > turn) {
+    findings.error(place,
+                   fmt::format("joint {}: its travel of {:.6g} is more than one turn of the drive "
+                               "at the joint, {:.6g}, and the drive forgets its turns when it is "
+                               "switched off: say where the joint may stand then, by start_lower "
+                               "and start_upper",
+                               quote(entry.name.value), travel, turn));
+  }
 }
 
 /// Every moving joint has an entry, and the robot is not larger than all arrays.
@@ -172,6 +209,7 @@ void fill_joints(Draft& draft) {
     options.offset = entry.offset.value;
     control::JointTuning tuning = check_limits(entry, joint, draft.robot.period_ns, draft.findings);
     tuning.bus = options.bus;
+    fill_start_band(entry, tuning, options, draft.findings);
     draft.robot.controller.joints.push_back(std::move(tuning));
     draft.robot.arm.joints.push_back(std::move(options));
   }

@@ -41,7 +41,10 @@ struct DriveEntry {
   Given<double> position_range_rad, velocity_range_rad_s, torque_range_nm;
   Given<double> watchdog_ms{
       static_cast<double>(drivers::DriveOptions{}.watchdog_ns) * 1e-6, false, {}};
-  Given<bool> clear_errors;
+  Given<bool> clear_errors, error_diffusion;
+  /// The family's own, in the order of its table; a choice is its index.
+  std::vector<Given<double>> settings;
+  std::string settings_of;  ///< the family they are of
 };
 
 struct SimulatedJointEntry {
@@ -54,7 +57,7 @@ struct JointEntry {
   DriveEntry drive;
   Given<std::int64_t> direction{1, false, {}};
   Given<double> ratio{1.0, false, {}};
-  Given<double> offset;
+  Given<double> offset, start_lower, start_upper;
 
   Given<double> position_lower, position_upper, velocity_limit, torque_limit, torque_rate_limit;
   Given<double> soft_margin{control::JointTuning{}.soft_margin, false, {}};

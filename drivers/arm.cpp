@@ -11,12 +11,24 @@
 #include <string>
 #include <utility>
 
+#include "drivers/arm_parts.hpp"
 #include "drivers/families.hpp"
 #include "rt/clock.hpp"
 
 namespace geodesic::drivers {
 
+using namespace arm;  // NOLINT(google-build-using-namespace): its own parts
+
 namespace {
+
+/// The last of its family on its bus.
+bool is_leader(const ArmOptions& options, std::size_t joint) {
+  const JointOptions& one = options.joints[joint];
+  return std::none_of(options.joints.begin() + static_cast<std::ptrdiff_t>(joint) + 1,
+                      options.joints.end(), [&](const JointOptions& other) {
+                        return other.bus == one.bus && other.drive.family == one.drive.family;
+                      });
+}
 
 constexpr std::size_t kBatch = 64;
 constexpr int kMaxBatches = 16;    ///< read from one bus at one wake-up
@@ -36,61 +48,6 @@ constexpr DriveComplaint kDoubled{
     "answers to one command", 2.0, 1.0,
     "a second drive answers with this one's identifiers: give each its own, then ask for a law"};
 
-/// An identifier, the extended ones apart from the standard ones.
-std::uint64_t address(std::uint32_t id, bool extended) noexcept {
-  return (extended ? std::uint64_t{1} << 32U : 0U) | id;
-}
-
-struct Route {
-  std::uint64_t address = 0;
-  std::size_t joint = 0;
-};
-
-struct Joint {
-  std::unique_ptr<Drive> drive;
-  std::size_t line = 0;
-  double scale = 1.0;  ///< direction * ratio
-  double offset = 0.0;
-  std::size_t sent = 0;   ///< this cycle's frames that the kernel took
-  std::size_t heard = 0;  ///< frames that answer them
-  bool answered = false;
-  bool awaited = true;  ///< receive() waits for its reply
-  int missing = 0;      ///< cycles in a row without news
-  int surplus = 0;      ///< see kSurplusLimit
-  bool doubled = false;
-  JointCounters counters;
-};
-
-struct Line {
-  std::unique_ptr<Bus> bus;
-  std::vector<Route> routes;        ///< sorted by address
-  std::vector<Frame> frames;        ///< this cycle's, [0 .. filled)
-  std::vector<std::size_t> owners;  ///< joint of each frame
-  std::size_t filled = 0;
-  std::size_t owed = 0;  ///< joints on this bus that have not answered
-  std::int64_t sent_ns = 0;
-  bool read = false;  ///< in this cycle
-  bool gone = false;  ///< waiting on it is in vain in this cycle
-  short events = 0;   ///< what poll said of it
-};
-
-DriveCommand to_drive(const control::JointCommand& command, const Joint& joint) noexcept {
-  return {.mode = command.mode,
-          .torque_nm = command.torque * joint.scale,
-          .position_rad = (command.position - joint.offset) / joint.scale,
-          .velocity_rad_s = command.velocity / joint.scale,
-          .stiffness_nm_rad = command.stiffness * joint.scale * joint.scale,
-          .damping_nm_s_rad = command.damping * joint.scale * joint.scale};
-}
-
-void to_joint(const DriveState& drive, const Joint& joint, control::JointState& out) noexcept {
-  out.position = drive.position_rad * joint.scale + joint.offset;
-  out.velocity = drive.velocity_rad_s * joint.scale;
-  out.torque = drive.torque_nm / joint.scale;
-  out.temperature_c = drive.temperature_c;
-  out.stamp_ns = drive.stamp_ns;
-}
-
 }  // namespace
 
 struct Arm::Impl {
@@ -100,6 +57,8 @@ struct Arm::Impl {
   bool wait(std::int64_t deadline_ns) noexcept;
   void drain(Line& line, std::int64_t tick_ns) noexcept;
   void take(Line& line, ReceivedFrame& received, std::int64_t tick_ns) noexcept;
+  void take_in(Line& line, std::size_t index, ReceivedFrame& received,
+               std::int64_t tick_ns) noexcept;
 
   bool simulated_time;
   std::vector<Joint> joints;
@@ -124,20 +83,16 @@ Arm::Impl::Impl(const ArmOptions& options, std::vector<std::unique_ptr<Bus>> bus
   }
   for (const JointOptions& joint : options.joints) {
     Line& line = lines[joint.bus];
-    Joint& added = joints.emplace_back();
-    added.drive = find_family(joint.drive.family)->make_drive(joint.drive);
-    added.line = joint.bus;
-    added.scale = joint.direction * joint.ratio;
-    added.offset = joint.offset;
+    const Family& family = *find_family(joint.drive.family);
+    DriveOptions drive = joint.drive;
+    drive.leader = is_leader(options, joints.size());
+    const Joint& added =
+        joints.emplace_back(family.make_drive(drive), joint, family.position_period_rad(drive));
     for (const IdFilter& reply : added.drive->reply_ids()) {
-      line.routes.push_back({address(reply.id, reply.extended), joints.size() - 1});
+      line.routes.add(reply, joints.size() - 1);
     }
     line.frames.resize(line.frames.size() + Drive::kMaxFramesPerCycle);
     line.owners.resize(line.frames.size());
-  }
-  for (Line& line : lines) {
-    std::sort(line.routes.begin(), line.routes.end(),
-              [](const Route& a, const Route& b) { return a.address < b.address; });
   }
   state.joints = joints.size();
   state.buses = lines.size();
@@ -208,30 +163,38 @@ void Arm::Impl::take(Line& line, ReceivedFrame& received, std::int64_t tick_ns) 
   if (received.frame.error) {
     return;
   }
-  const std::uint64_t wanted = address(received.frame.id, received.frame.extended);
-  const auto route =
-      std::lower_bound(line.routes.begin(), line.routes.end(), wanted,
-                       [](const Route& a, std::uint64_t b) { return a.address < b; });
-  if (route == line.routes.end() || route->address != wanted) {
-    return;
-  }
-  Joint& joint = joints[route->joint];
-  control::JointState& out = state.joint[route->joint];
+  line.routes.find(received.frame, [&](std::size_t joint) {
+    if (!joints[joint].drive->claims(received.frame)) {
+      return false;
+    }
+    take_in(line, joint, received, tick_ns);
+    return true;
+  });
+}
+
+void Arm::Impl::take_in(Line& line, std::size_t index, ReceivedFrame& received,
+                        std::int64_t tick_ns) noexcept {
+  Joint& joint = joints[index];
+  control::JointState& out = state.joint[index];
   // What was on its way before this cycle's command left cannot be its answer.
   const bool timely = received.stamp_ns >= line.sent_ns - kStampToleranceNs;
   if (simulated_time) {
     received.stamp_ns = timely ? tick_ns : last_tick_ns;
   }
   ++joint.counters.received;
-  joint.surplus += 4;
+  joint.surplus += joint.drive->speaks_unasked() ? 0 : 4;
   const bool report = joint.drive->receive(received);
   if (report) {
+    if (joint.turn == Turn::kUnknown) {
+      find_turn(joint.drive->state().position_rad * joint.scale + joint.offset, received.stamp_ns,
+                out, joint);
+    }
     to_joint(joint.drive->state(), joint, out);
     out.fresh = true;  // late for its cycle, but newer than what was known
   }
-  if (timely && joint.sent > 0 && !joint.answered) {
+  if (timely && joint.due > 0 && !joint.answered) {
     ++joint.heard;
-    joint.answered = report || joint.heard >= joint.sent;
+    joint.answered = report || joint.heard >= joint.due;
     line.owed -= joint.answered && joint.awaited ? 1 : 0;
   }
 }
@@ -276,6 +239,7 @@ void Arm::transmit(const control::ArmCommand& command, std::int64_t tick_ns) noe
   impl_->prepared = false;
   for (Joint& joint : impl_->joints) {
     joint.sent = 0;
+    joint.due = 0;
     joint.heard = 0;
     joint.answered = false;
   }
@@ -287,11 +251,14 @@ void Arm::transmit(const control::ArmCommand& command, std::int64_t tick_ns) noe
     // A joint whose frames stayed here owes no reply.
     for (std::size_t i = 0; i < std::min(sent, line.filled); ++i) {
       Joint& joint = impl_->joints[line.owners[i]];
-      line.owed += joint.sent == 0 && joint.awaited ? 1 : 0;
       ++joint.sent;
       ++joint.counters.sent;
-      joint.surplus -= 4;
     }
+  }
+  for (Joint& joint : impl_->joints) {
+    joint.due = joint.sent > 0 ? joint.drive->answers_due(joint.sent) : 0;
+    joint.surplus -= 4 * static_cast<int>(joint.due);
+    impl_->lines[joint.line].owed += joint.due > 0 && joint.awaited ? 1 : 0;
   }
 }
 
@@ -309,17 +276,23 @@ const control::ArmState& Arm::receive(std::int64_t tick_ns, std::int64_t deadlin
   arm.read_replies(tick_ns, arm.simulated_time ? rt::now_ns() + kSimulatedPatienceNs : deadline_ns);
   for (std::size_t i = 0; i < arm.joints.size(); ++i) {
     Joint& joint = arm.joints[i];
-    const bool lost = joint.sent > 0 && !joint.answered;
+    const bool lost = joint.due > 0 && !joint.answered;
     joint.counters.lost += lost ? 1 : 0;
     // Simulated time waits long for a reply that may still come, on a machine that stood still for
     // a second too, and no more for a drive that has gone silent.
     joint.missing = lost && !state.joint[i].fresh ? joint.missing + 1 : 0;
     joint.awaited = !impl_->simulated_time || joint.missing < kSimulatedWaits;
     joint.sent = 0;
+    joint.due = 0;
     joint.surplus = std::max(joint.surplus - 1, kSurplusFloor);
     joint.doubled = joint.doubled || joint.surplus >= kSurplusLimit;
     const DriveState& drive = joint.drive->state();
-    state.joint[i].condition = joint.doubled ? control::DriveCondition::kRefused : drive.condition;
+    if (drive.condition == control::DriveCondition::kUnknown ||
+        drive.condition == control::DriveCondition::kConfiguring) {
+      joint.turn = Turn::kUnknown;  // it may have been off
+    }
+    const bool refused = joint.doubled || joint.turn == Turn::kRefused;
+    state.joint[i].condition = refused ? control::DriveCondition::kRefused : drive.condition;
     state.joint[i].drive_error = drive.error;
   }
   for (std::size_t i = 0; i < arm.lines.size(); ++i) {
@@ -337,6 +310,7 @@ void Arm::restart(control::BitSet joints) noexcept {
     }
     Joint& joint = impl_->joints[i];
     joint.drive->restart();
+    joint.turn = Turn::kUnknown;
     joint.surplus = 0;
     joint.doubled = false;
   }
@@ -378,6 +352,9 @@ const BusCounters& Arm::bus_counters(std::size_t bus) const noexcept {
 
 const DriveComplaint& Arm::complaint(std::size_t joint) const noexcept {
   const Joint& one = impl_->joints[joint];
+  if (one.turn == Turn::kRefused) {
+    return one.lost;
+  }
   return one.doubled ? kDoubled : one.drive->complaint();
 }
 

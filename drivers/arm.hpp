@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,6 +25,10 @@ struct JointOptions {
   double direction = 1.0;  ///< +1 or -1
   double ratio = 1.0;      ///< > 0, joint units per drive radian (1, or m/rad at a gripper)
   double offset = 0.0;     ///< [rad or m]
+  /// Where the joint may stand when its drive is switched on [rad or m]: decides which turn a drive
+  /// is in that forgets them (Family::position_period_rad). Narrower than that, or refused.
+  double start_lower = -std::numeric_limits<double>::infinity();
+  double start_upper = std::numeric_limits<double>::infinity();
 };
 
 struct ArmOptions {

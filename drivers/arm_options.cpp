@@ -13,12 +13,15 @@ namespace geodesic::drivers {
 
 namespace {
 
-bool same(const IdFilter& a, const IdFilter& b) noexcept {
-  return a.id == b.id && a.extended == b.extended;
+bool holds(const std::vector<IdFilter>& ids, const IdFilter& id) {
+  return std::any_of(ids.begin(), ids.end(), [&](const IdFilter& one) { return overlap(one, id); });
 }
 
-bool holds(const std::vector<IdFilter>& ids, const IdFilter& id) {
-  return std::any_of(ids.begin(), ids.end(), [&](const IdFilter& one) { return same(one, id); });
+/// As holds(), but for identifiers that drives may have in common.
+bool taken(const std::vector<IdFilter>& ids, const IdFilter& id) {
+  return std::any_of(ids.begin(), ids.end(), [&](const IdFilter& one) {
+    return overlap(one, id) && !(one.shared && id.shared);
+  });
 }
 
 [[noreturn]] void refuse(const JointOptions& joint, const std::string& why) {
@@ -81,7 +84,8 @@ std::vector<BusOptions> filtered_buses(const ArmOptions& options) {
     check_joint(joint, options);
     for (std::size_t j = 0; j < i; ++j) {
       const JointOptions& other = options.joints[j];
-      if (other.bus == joint.bus && other.drive.id == joint.drive.id) {
+      if (other.bus == joint.bus && other.drive.id == joint.drive.id &&
+          other.drive.family == joint.drive.family) {
         refuse(joint,
                fmt::format("its drive's id 0x{:X} is also that of joint '{}' on the same bus",
                            joint.drive.id, other.name));
@@ -90,16 +94,14 @@ std::vector<BusOptions> filtered_buses(const ArmOptions& options) {
     const std::unique_ptr<Drive> drive = find_family(joint.drive.family)->make_drive(joint.drive);
     BusOptions& bus = buses[joint.bus];
     for (const IdFilter& reply : drive->reply_ids()) {
-      if (holds(bus.receive, reply)) {
+      if (taken(bus.receive, reply)) {
         refuse(joint, fmt::format("its drive answers on 0x{:X}, as another drive on bus '{}' does",
                                   reply.id, bus.name));
       }
       bus.receive.push_back(reply);
     }
     for (const IdFilter& command : drive->command_ids()) {
-      if (!holds(bus.transmit, command)) {
-        bus.transmit.push_back(command);
-      }
+      bus.transmit.push_back(command);
     }
   }
   for (const JointOptions& joint : options.joints) {

@@ -12,6 +12,7 @@
 #include "control/joint.hpp"
 #include "drivers/bus/bus.hpp"
 #include "drivers/bus/frame.hpp"
+#include "drivers/drive_setting.hpp"
 
 namespace geodesic::drivers {
 
@@ -19,13 +20,16 @@ namespace geodesic::drivers {
 struct DriveOptions {
   std::string family;                     ///< as in families.hpp
   std::uint32_t id = 0;                   ///< where the drive listens
-  std::uint32_t reply_id = 0;             ///< where it answers
+  std::uint32_t reply_id = 0;             ///< where it answers; 0 where the family knows
   bool fd = false;                        ///< the bus carries CAN FD with bit-rate switch
   double position_range_rad = 0.0;        ///< the drive's scaling: codes span +-this (Damiao PMAX)
-  double velocity_range_rad_s = 0.0;      ///< (VMAX)
-  double torque_range_nm = 0.0;           ///< (TMAX)
+  double velocity_range_rad_s = 0.0;      ///< (VMAX); without scaling, the most that can be
+  double torque_range_nm = 0.0;           ///< (TMAX); without scaling, the most ever asked for
   std::int64_t watchdog_ns = 50'000'000;  ///< the drive stops on its own after this without command
   bool clear_errors = false;              ///< clear an error the drive already has at start-up
+  bool error_diffusion = false;           ///< carry a torque code's rounding into the next cycle
+  bool leader = false;     ///< the last of its family on its bus: sends what is the whole bus'
+  DriveSettings settings;  ///< the family's own, in the order of Family::settings
 };
 
 /// A drive as it last reported, in its own coordinates.
@@ -67,9 +71,18 @@ class Drive {
   /// `command` asks for. At most kMaxFramesPerCycle. A non-finite command is never encoded: the
   /// drive gets zero torque with damping instead, and complaint() says so.
   /// @return how many frames were written to `out`.
-  static constexpr std::size_t kMaxFramesPerCycle = 2;
+  static constexpr std::size_t kMaxFramesPerCycle = 4;
   virtual std::size_t transmit(const DriveCommand& command, std::int64_t now_ns,
                                std::span<Frame> out) noexcept = 0;
+
+  /// How many of the `frames` that the last transmit() wrote bring an answer each.
+  virtual std::size_t answers_due(std::size_t frames) const noexcept { return frames; }
+
+  /// The drive also reports by its own timer, so that more may come than was asked for.
+  virtual bool speaks_unasked() const noexcept { return false; }
+
+  /// A frame on an identifier that drives share (IdFilter::shared) is this one's.
+  virtual bool claims(const Frame& /*frame*/) const noexcept { return true; }
 
   /// @return true if the frame was a state report of this drive and state() is new.
   virtual bool receive(const ReceivedFrame& received) noexcept = 0;
@@ -95,8 +108,14 @@ class SimulatedDrive {
  public:
   virtual ~SimulatedDrive() = default;
 
-  /// Shows it a frame on the bus that arrived at now_ns. @return replies written to `out` (0 or 1).
+  static constexpr std::size_t kMaxReplies = 4;
+  /// Shows it a frame on the bus that arrived at now_ns. @return replies written to `out`, which
+  /// has room for kMaxReplies.
   virtual std::size_t receive(const Frame& frame, std::int64_t now_ns, std::span<Frame> out) = 0;
+
+  /// What it sends unasked (boot-up, heartbeat, reports by its own timer) and is due by now_ns;
+  /// asked at least once a millisecond. @return frames written to `out`, of kMaxReplies.
+  virtual std::size_t speak(std::int64_t /*now_ns*/, std::span<Frame> /*out*/) { return 0; }
 
   /// Physics moved the output shaft; the drive measures (and quantises) it from here.
   virtual void set_shaft(double position_rad, double velocity_rad_s) = 0;

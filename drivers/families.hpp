@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/bench_dialogue.hpp"
 #include "drivers/drive.hpp"
 
 namespace geodesic::drivers {
@@ -25,6 +26,17 @@ struct DecodedFrame {
   std::vector<DecodedField> fields;
 };
 
+/// One frame of a drive's cycle once it is enabled, for the bus-time budget and the timeline.
+struct CyclicFrame {
+  std::string_view what;  ///< "torque", "state", "SYNC"
+  std::uint32_t id = 0;
+  std::uint8_t bytes = 8;
+  bool extended = false;
+  bool reply = false;       ///< the drive sends it
+  bool once_a_bus = false;  ///< whoever is DriveOptions::leader sends it for all of its family
+  double share = 1.0;  ///< of the cycles in which it comes: a heartbeat every 100 ms, 0.01 at 1 kHz
+};
+
 struct Family {
   std::string_view name;
   std::string_view summary;
@@ -37,9 +49,16 @@ struct Family {
   std::vector<std::string> (*check)(const DriveOptions&);
   /// Name of a drive error code in words, a literal; "unknown error" where there is none.
   const char* (*error_name)(std::uint8_t code);
-  /// Frames of one cycle for one drive, for the bus-time budget: bytes of a command and of a reply.
-  std::uint8_t command_bytes;
-  std::uint8_t reply_bytes;
+  /// At most kMaxDriveSettings options that this family alone has.
+  std::span<const DriveSetting> settings;
+  /// All frames of a cycle, commands first, in the order in which they are sent.
+  std::vector<CyclicFrame> (*cyclic_frames)(const DriveOptions&, double rate_hz);
+  /// After power-on the drive's position is only known up to whole multiples of this [rad]; 0: it
+  /// knows its turns.
+  double (*position_period_rad)(const DriveOptions&);
+  /// @param fd  the bus carries CAN FD.
+  std::unique_ptr<Scanner> (*make_scanner)(bool fd);
+  std::unique_ptr<Zeroing> (*make_zeroing)(const DriveOptions&);
 };
 
 /// Every family there is. Not real-time.

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include "config/joint_options.hpp"
 #include "config/options/options.hpp"
 #include "config/robot_file.hpp"
+#include "drivers/families.hpp"
 
 namespace geodesic::config {
 
@@ -113,12 +115,25 @@ class Reference final : public OptionVisitor {
   std::string inner_;
 };
 
+/// What one family alone adds to a drive.
+std::string settings_of(const drivers::Family& family) {
+  if (family.settings.empty()) return {};
+  Reference reference("");
+  DriveEntry entry;
+  entry.family.value = family.name;
+  describe_drive_settings(reference, entry);
+  return fmt::format("\n## `[joint.drive]` with `family = \"{}\"`\n\n{}. Beside the above:\n\n{}",
+                     family.name, family.summary, reference.markdown());
+}
+
 }  // namespace
 
 std::string option_reference_markdown() {
   Reference reference("");
   RobotFile defaults;
   describe(reference, defaults);
+  std::string families;
+  for (const drivers::Family& family : drivers::families()) families += settings_of(family);
   return "# Options of a robot file\n\n"
          "One TOML file describes one robot. This reference is written by the declarations that "
          "read\n"
@@ -130,7 +145,7 @@ std::string option_reference_markdown() {
          "Live: `yes` moves over to a running daemon when the file is saved, on SIGHUP, or by\n"
          "`geodesic tune`, without a step in torque; `restart` is refused by name while it runs;\n"
          "`simulator` concerns the simulated arm only, when it starts.\n" +
-         reference.markdown();
+         reference.markdown() + families;
 }
 
 }  // namespace geodesic::config

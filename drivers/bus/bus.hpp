@@ -26,11 +26,24 @@ class BusError : public std::runtime_error {
   int error_number_;
 };
 
-/// An 11- or 29-bit identifier to let in.
+/// Identifiers of 11 or 29 bits: those that equal `id` in the bits of `mask`.
 struct IdFilter {
+  static constexpr std::uint32_t kExact = 0x1FFFFFFF;
   std::uint32_t id = 0;
   bool extended = false;
+  std::uint32_t mask = kExact;
+  /// Drives may have it in common: which one a frame belongs to stands in its data (Drive::claims).
+  bool shared = false;
+
+  constexpr bool matches(std::uint32_t other, bool other_extended) const noexcept {
+    return extended == other_extended && ((id ^ other) & mask) == 0;
+  }
 };
+
+/// There is an identifier that both match.
+constexpr bool overlap(const IdFilter& a, const IdFilter& b) noexcept {
+  return a.extended == b.extended && ((a.id ^ b.id) & a.mask & b.mask) == 0;
+}
 
 struct BusOptions {
   std::string name;       ///< how the configuration calls it

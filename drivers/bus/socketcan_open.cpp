@@ -135,9 +135,9 @@ void set_filters(const BusOptions& options, int fd) {
   filters.reserve(count);
   for (const auto* list : {&options.receive, &options.transmit}) {
     for (const IdFilter& id : *list) {
-      filters.push_back(
-          {.can_id = id.id | (id.extended ? CAN_EFF_FLAG : 0U),
-           .can_mask = CAN_EFF_FLAG | CAN_RTR_FLAG | (id.extended ? CAN_EFF_MASK : CAN_SFF_MASK)});
+      filters.push_back({.can_id = id.id | (id.extended ? CAN_EFF_FLAG : 0U),
+                         .can_mask = CAN_EFF_FLAG | CAN_RTR_FLAG |
+                                     (id.mask & (id.extended ? CAN_EFF_MASK : CAN_SFF_MASK))});
     }
   }
   set_option(options, fd, SOL_CAN_RAW, CAN_RAW_FILTER, "CAN_RAW_FILTER", filters.data(),

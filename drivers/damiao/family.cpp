@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 #include <memory>
 #include <utility>
 
@@ -252,8 +253,14 @@ Family family() {
       .decode = decode,
       .check = check,
       .error_name = error_name,
-      .command_bytes = 8,
-      .reply_bytes = 8,
+      .settings = {},
+      .cyclic_frames = [](const DriveOptions& options, double) -> std::vector<CyclicFrame> {
+        return {{.what = "torque", .id = options.id},
+                {.what = "state", .id = options.reply_id, .reply = true}};
+      },
+      .position_period_rad = [](const DriveOptions&) { return 2.0 * std::numbers::pi; },
+      .make_scanner = nullptr,
+      .make_zeroing = nullptr,
   };
 }
 

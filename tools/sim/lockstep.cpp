@@ -73,6 +73,11 @@ class Lockstep {
       in_.plant.hear(pending.bus, pending.frame, in_.plant.now_ns(), answers_);
       for (const Plant::Answer& answer : answers_) in_.buses.queue(pending.bus, answer.frame);
     }
+    for (std::size_t bus = 0; bus < in_.buses.size(); ++bus) {
+      answers_.clear();
+      in_.plant.speak(bus, in_.plant.now_ns(), answers_);
+      for (const Plant::Answer& answer : answers_) in_.buses.queue(bus, answer.frame);
+    }
     const auto flood = static_cast<std::size_t>(in_.robot.period_ns / kFloodFrameNs);
     for (std::size_t bus = 0; bus < in_.buses.size(); ++bus) {
       if (in_.plant.babbling(bus)) in_.buses.flood(bus, flood);

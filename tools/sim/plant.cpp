@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -73,16 +74,14 @@ void Plant::list_own_ids(const config::Robot& robot) {
   for (const PlantDrive& drive : drives_) {
     all.push_back(drive.family->make_drive(drive.options->drive)->command_ids());
   }
-  const auto same = [](const drivers::IdFilter& a, const drivers::IdFilter& b) {
-    return a.id == b.id && a.extended == b.extended;
-  };
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     for (const drivers::IdFilter& id : all[i]) {
       bool shared = false;
       for (std::size_t other = 0; other < drives_.size() && !shared; ++other) {
         if (other == i || robot.arm.joints[other].bus != robot.arm.joints[i].bus) continue;
-        shared = std::any_of(all[other].begin(), all[other].end(),
-                             [&](const drivers::IdFilter& theirs) { return same(id, theirs); });
+        shared = std::any_of(
+            all[other].begin(), all[other].end(),
+            [&](const drivers::IdFilter& theirs) { return drivers::overlap(id, theirs); });
       }
       if (!shared) drives_[i].own_ids.push_back(id);
     }
@@ -185,26 +184,41 @@ void Plant::watch_stand() {
   if (now_ns_ - enabled_since_ns_ >= to_ns(options_.release_s)) let_go();
 }
 
+void Plant::turn_shafts_at(std::int64_t now_ns) {
+  if (now_ns == turned_ns_) return;  // for the frame before, which came in the same batch
+  turn_shafts(static_cast<double>(std::max<std::int64_t>(now_ns - now_ns_, 0)) * kNs);
+  turned_ns_ = now_ns;
+}
+
+void Plant::speak(std::size_t bus, std::int64_t now_ns, std::vector<Answer>& answers) {
+  turn_shafts_at(now_ns);
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    if (drives_[i].options->bus != bus || silent(i)) continue;
+    std::array<drivers::Frame, drivers::SimulatedDrive::kMaxReplies> said;
+    const std::size_t count = drives_[i].simulated->speak(now_ns, said);
+    report_.joints[i].answered += count;
+    for (std::size_t k = 0; k < count; ++k) answers.push_back({i, said[k]});
+  }
+}
+
 void Plant::hear(std::size_t bus, const drivers::Frame& frame, std::int64_t now_ns,
                  std::vector<Answer>& answers) {
-  if (now_ns != turned_ns_) {  // else for the frame before, which came in the same batch
-    turn_shafts(static_cast<double>(std::max<std::int64_t>(now_ns - now_ns_, 0)) * kNs);
-    turned_ns_ = now_ns;
-  }
-  Answer answer;
+  turn_shafts_at(now_ns);
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     if (drives_[i].options->bus != bus) continue;
     if (silent(i)) {
       if (addressee(bus, frame) == i) ++report_.joints[i].swallowed;
       continue;
     }
-    answer.joint = i;
-    if (drives_[i].simulated->receive(frame, now_ns, {&answer.frame, 1}) == 0) continue;
+    std::array<drivers::Frame, drivers::SimulatedDrive::kMaxReplies> replies;
+    const std::size_t count = drives_[i].simulated->receive(frame, now_ns, replies);
+    if (count == 0) continue;
     ++report_.joints[i].heard;
-    ++report_.joints[i].answered;
-    answers.push_back(answer);
+    report_.joints[i].answered += count;
+    for (std::size_t k = 0; k < count; ++k) answers.push_back({i, replies[k]});
     if (!drives_[i].twin_answers) continue;
-    if (drives_[i].twin->receive(frame, now_ns, {&answer.frame, 1}) > 0) answers.push_back(answer);
+    const std::size_t twins = drives_[i].twin->receive(frame, now_ns, replies);
+    for (std::size_t k = 0; k < twins; ++k) answers.push_back({i, replies[k]});
   }
   note_disabled();
 }
@@ -213,7 +227,7 @@ std::optional<std::size_t> Plant::addressee(std::size_t bus, const drivers::Fram
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     if (drives_[i].options->bus != bus) continue;
     for (const drivers::IdFilter& id : drives_[i].own_ids) {
-      if (id.id == frame.id && id.extended == frame.extended) return i;
+      if (id.matches(frame.id, frame.extended)) return i;
     }
   }
   // A shared identifier names its drive inside the frame; the family can tell.

@@ -109,6 +109,8 @@ class Plant {
   /// Shows a frame to every drive on a bus, at now_ns (not before now_ns()). Appends the answers.
   void hear(std::size_t bus, const drivers::Frame& frame, std::int64_t now_ns,
             std::vector<Answer>& answers);
+  /// Appends what the drives of a bus send unasked by now_ns.
+  void speak(std::size_t bus, std::int64_t now_ns, std::vector<Answer>& answers);
   /// Whose drive a frame on that bus commands, if anybody's.
   std::optional<std::size_t> addressee(std::size_t bus, const drivers::Frame& frame) const;
 
@@ -131,6 +133,7 @@ class Plant {
   void list_own_ids(const config::Robot& robot);
   void one_step();
   void turn_shafts(double ahead_s);
+  void turn_shafts_at(std::int64_t now_ns);
   void act_out_faults();
   void act_out(const ScriptedFault& fault);
   static void set_shaft(drivers::SimulatedDrive& drive, const drivers::JointOptions& joint,

@@ -47,6 +47,7 @@ class RealTime {
         }
       });
       disturb(now);
+      speak(now);
       carry(now, now + lead_ns_);
       in_.buses.flush();  // replies first, mechanics after
       if (heard) {
@@ -132,6 +133,18 @@ class RealTime {
   void hear(std::size_t bus, const drivers::Frame& frame, std::int64_t now) {
     answers_.clear();
     in_.plant.hear(bus, frame, now, answers_);
+    send(bus, now);
+  }
+
+  void speak(std::int64_t now) {
+    for (std::size_t bus = 0; bus < in_.buses.size(); ++bus) {
+      answers_.clear();
+      in_.plant.speak(bus, now, answers_);
+      send(bus, now);
+    }
+  }
+
+  void send(std::size_t bus, std::int64_t now) {
     for (const Plant::Answer& answer : answers_) {
       if (in_.settings.wire) {
         wires_[bus].push_reply(answer.frame, now + latency_ns_);
