@@ -3,9 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "config/checks.hpp"
 #include "drivers/families.hpp"
@@ -20,12 +18,7 @@ double us(std::int64_t ns) {
 /// "8 commands * 56.4 us + 8 replies * 56.4 us", frames of one kind and length together.
 class Sum {
  public:
-  explicit Sum(const drivers::BusOptions& bus) : bus_(bus) {}
-
-  void add(const char* what, std::size_t bytes, bool extended) {
-    const std::int64_t worst =
-        drivers::frame_time_ns(bytes, extended, bus_.fd, bus_.fd, bus_.bit_rate, bus_.data_bit_rate,
-                               drivers::Stuffing::kWorst);
+  void add(const char* what, std::size_t bytes, std::int64_t worst) {
     for (Term& term : terms_) {
       if (term.what == what && term.bytes == bytes && term.worst_ns == worst) {
         ++term.count;
@@ -51,7 +44,6 @@ class Sum {
     std::int64_t worst_ns;
     std::size_t count;
   };
-  const drivers::BusOptions& bus_;
   std::vector<Term> terms_;
 };
 
@@ -66,27 +58,29 @@ BusLoad load_of(const Robot& robot, std::size_t index) {
   BusLoad load;
   load.name = bus.name;
   load.interface = bus.interface;
-  const double rate_hz = 1e9 / static_cast<double>(robot.period_ns);
-  std::vector<drivers::CycleFrames> frames;
-  std::set<std::string_view> led;  // families whose frames for the whole bus are counted
-  Sum sum(bus);
   for (const drivers::JointOptions& joint : robot.arm.joints) {
-    const drivers::Family* family = drivers::find_family(joint.drive.family);
-    if (joint.bus != index || family == nullptr) continue;
-    ++load.drives;
-    for (const drivers::CyclicFrame& frame : family->cyclic_frames(joint.drive, rate_hz)) {
-      if (frame.once_a_bus && !led.insert(family->name).second) continue;
-      frames.push_back({1, frame.bytes, frame.extended, bus.fd, bus.fd});
-      sum.add(frame.reply ? "replies" : "commands", frame.bytes, frame.extended);
-    }
+    const bool known = drivers::find_family(joint.drive.family) != nullptr;
+    load.drives += known && joint.bus == index ? 1 : 0;
   }
-  load.budget = drivers::bus_budget(frames, rate_hz, bus.bit_rate, bus.data_bit_rate);
-  const drivers::BusBudget& b = load.budget;
+  load.plan = drivers::plan_cycle(robot.arm, index, 1e9 / static_cast<double>(robot.period_ns),
+                                  std::llround(robot.simulation.reply_latency_s * 1e9));
+  load.deadline_ns =
+      std::llround(robot.realtime.receive_deadline * static_cast<double>(robot.period_ns));
+  Sum sum;
+  for (const drivers::PlannedFrame& planned : load.plan.frames) {
+    sum.add(planned.frame.reply ? "replies" : "commands", planned.frame.bytes,
+            planned.wire.duration_ns);
+  }
+  const drivers::CyclePlan& plan = load.plan;
+  const drivers::BusBudget& b = plan.budget;
+  const std::string mean = b.worst_ns == plan.worst.busy_ns
+                               ? std::string()
+                               : fmt::format("; {:.1f} us on average", us(b.worst_ns));
   load.arithmetic = fmt::format(
-      "{} drives, {}: {} = {:.1f} us a cycle at worst ({:.1f} us without stuff bits), {:.1f} % of "
-      "the period of {:.1f} us; up to {:.0f} % may be used: {:.0f} Hz at most",
-      load.drives, rate_text(bus), sum.text(), us(b.worst_ns), us(b.best_ns), 100.0 * b.worst_load,
-      us(b.period_ns), 100.0 * b.usable, std::floor(b.max_rate_hz));
+      "{} drives, {}: {} = {:.1f} us a cycle at worst ({:.1f} us without stuff bits{}), {:.1f} % "
+      "of the period of {:.1f} us; up to {:.0f} % may be used: {:.0f} Hz at most",
+      load.drives, rate_text(bus), sum.text(), us(plan.worst.busy_ns), us(plan.best.busy_ns), mean,
+      100.0 * b.worst_load, us(b.period_ns), 100.0 * b.usable, std::floor(b.max_rate_hz));
   return load;
 }
 
@@ -97,7 +91,7 @@ BudgetReport bus_budget(const Robot& robot) {
   for (std::size_t i = 0; i < robot.arm.buses.size(); ++i) {
     report.buses.push_back(load_of(robot, i));
     const BusLoad& load = report.buses.back();
-    report.carried = report.carried && (load.drives == 0 || load.budget.carried);
+    report.carried = report.carried && (load.drives == 0 || load.budget().carried);
   }
   return report;
 }
@@ -109,7 +103,7 @@ void check_budget(Draft& draft) {
     const BusLoad& load = report.buses[i];
     if (load.drives == 0) continue;
     const Given<double>& rate = draft.file.robot.rate_hz;
-    if (!load.budget.carried) {
+    if (!load.budget().carried) {
       draft.findings.error(
           rate.given ? rate.place : draft.file.buses[i].place,
           fmt::format(
@@ -119,7 +113,7 @@ void check_budget(Draft& draft) {
       continue;
     }
     const double deadline_us = draft.robot.realtime.receive_deadline * us(draft.robot.period_ns);
-    if (us(load.budget.best_ns) > deadline_us) {
+    if (us(load.budget().best_ns) > deadline_us) {
       const Given<double>& given = draft.file.realtime.receive_deadline;
       draft.findings.error(
           given.given ? given.place : draft.file.buses[i].place,
@@ -128,15 +122,16 @@ void check_budget(Draft& draft) {
               "us a cycle even without stuff bits: the last replies would always count as "
               "lost. Raise receive_deadline or lower rate_hz",
               draft.robot.realtime.receive_deadline, deadline_us, quote(load.name),
-              us(load.budget.best_ns)));
-    } else if (us(load.budget.worst_ns) > deadline_us) {
+              us(load.budget().best_ns)));
+    } else if (load.plan.worst.end_ns > load.deadline_ns) {
       const Given<double>& given = draft.file.realtime.receive_deadline;
       draft.findings.warning(
           given.given ? given.place : draft.file.buses[i].place,
-          fmt::format("receive_deadline: {} of a period is {:.1f} us, but bus {} may be busy for "
-                      "{:.1f} us a cycle: late replies would count as lost. Raise receive_deadline",
+          fmt::format("receive_deadline: {} of a period is {:.1f} us, but the last reply on bus {} "
+                      "may come "
+                      "after {:.1f} us, which would count as lost. Raise receive_deadline",
                       draft.robot.realtime.receive_deadline, deadline_us, quote(load.name),
-                      us(load.budget.worst_ns)));
+                      us(load.plan.worst.end_ns)));
     }
   }
 }

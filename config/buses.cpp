@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "config/checks.hpp"
+#include "drivers/bus/interface_name.hpp"
 
 namespace geodesic::config {
 namespace {
@@ -12,7 +13,6 @@ namespace {
 std::string wrong_interface(const std::string& interface) {
   constexpr std::string_view kUnix = "unix:";
   constexpr std::size_t kLongestPath = 107;  // sockaddr_un
-  constexpr std::size_t kLongestName = 15;   // IFNAMSIZ
   if (interface.starts_with(kUnix)) {
     const std::size_t length = interface.size() - kUnix.size();
     if (length == 0) return "expected a path after unix:";
@@ -21,12 +21,7 @@ std::string wrong_interface(const std::string& interface) {
     }
     return {};
   }
-  if (interface.empty() || interface.size() > kLongestName ||
-      interface.find_first_of("/ \t:") != std::string::npos) {
-    return "expected the name of a network interface such as can0 (at most 15 letters), or "
-           "unix:PATH";
-  }
-  return {};
+  return drivers::wrong_interface_name(interface);
 }
 
 bool is_virtual(const std::string& interface) {
@@ -58,11 +53,39 @@ void check_rates(const BusEntry& entry, Findings& findings) {
         "data_bit_rate: a bus with fd = false has no data phase; set fd = true, or leave "
         "data_bit_rate out");
   }
+  if (entry.data_sample_point.given && !entry.fd.value) {
+    findings.error(entry.data_sample_point.place,
+                   "data_sample_point: a bus with fd = false has no data phase; set fd = true, or "
+                   "leave data_sample_point out");
+  }
   if (entry.fd.value && entry.data_bit_rate.value < entry.bit_rate.value) {
     findings.error(entry.data_bit_rate.given ? entry.data_bit_rate.place : entry.place,
                    fmt::format("data_bit_rate: {} bit/s is slower than the nominal {} bit/s",
                                entry.data_bit_rate.value, entry.bit_rate.value));
   }
+}
+
+/// A socket bus has no controller to set up.
+void check_setup(const BusEntry& entry, const std::string& interface, Findings& findings) {
+  if (!interface.starts_with("unix:")) return;
+  const auto needless = [&](const auto& option, const char* name) {
+    if (option.given) {
+      findings.warning(option.place, fmt::format("{}: has no meaning on a socket bus ({})", name,
+                                                 quote(interface)));
+    }
+  };
+  needless(entry.sample_point, "sample_point");
+  needless(entry.data_sample_point, "data_sample_point");
+  needless(entry.restart_ms, "restart_ms");
+  needless(entry.queue, "queue");
+}
+
+void fill_setup(const BusEntry& entry, drivers::BusOptions& bus) {
+  bus.bring_up = entry.bring_up.value;
+  if (entry.sample_point.given) bus.sample_point = entry.sample_point.value;
+  if (entry.data_sample_point.given) bus.data_sample_point = entry.data_sample_point.value;
+  if (entry.restart_ms.given) bus.restart_ms = static_cast<int>(entry.restart_ms.value);
+  if (entry.queue.given) bus.queue = static_cast<int>(entry.queue.value);
 }
 
 }  // namespace
@@ -80,7 +103,10 @@ void fill_buses(Draft& draft) {
     bus.fd = entry.fd.value;
     bus.bit_rate = entry.bit_rate.value;
     bus.data_bit_rate = entry.data_bit_rate.value;
+    fill_setup(entry, bus);
     check_rates(entry, draft.findings);
+    // Where --bus replaces a real bus by a socket bus, the file need not change.
+    if (i >= override.size()) check_setup(entry, bus.interface, draft.findings);
     for (std::size_t k = 0; k < i; ++k) {
       const BusEntry& other = draft.file.buses[k];
       if (entry.name.given && entry.name.value == other.name.value) {

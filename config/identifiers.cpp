@@ -22,6 +22,7 @@ std::vector<const JointEntry*> on_bus(const RobotFile& file, const BusEntry& bus
 bool check_pair(const JointEntry& first, const JointEntry& second, Findings& findings) {
   const DriveEntry& a = first.drive;
   const DriveEntry& b = second.drive;
+  if (a.family.value != b.family.value) return true;  // each counts in its own way
   const std::string other =
       fmt::format("joint {} (line {})", quote(first.name.value), first.place.line);
   bool fine = true;
@@ -34,7 +35,6 @@ bool check_pair(const JointEntry& first, const JointEntry& second, Findings& fin
     fine = false;
   };
   clash(b.id, "id", a.id, "the id of");
-  clash(b.reply_id, "reply_id", a.reply_id, "the reply_id of");
   clash(b.reply_id, "reply_id", a.id, "the id of");
   clash(b.id, "id", a.reply_id, "the reply_id of");
   return fine;

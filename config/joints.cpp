@@ -92,11 +92,13 @@ drivers::DriveOptions drive_of(const DriveEntry& entry, bool fd, Findings& findi
 }
 
 /// Where the joint may stand at power-on: as given, or one turn of the drive about the middle of
-/// its travel. No wider than a turn, or nobody could tell which one the drive is in.
-void fill_start_band(const JointEntry& entry, const control::JointTuning& tuning,
-                     drivers::JointOptions& joint, Findings& findings) {
+/// its travel. No wider than a turn, or nobody could tell which one the drive is in. A continuous
+/// joint is the same in each.
+void fill_start_band(const JointEntry& entry, const JointDescription* described,
+                     const control::JointTuning& tuning, drivers::JointOptions& joint,
+                     Findings& findings) {
   const drivers::Family* family = drivers::find_family(joint.drive.family);
-  if (family == nullptr) return;
+  if (family == nullptr || described == nullptr) return;
   const double turn = family->position_period_rad(joint.drive) * joint.ratio;
   const bool given = entry.start_lower.given || entry.start_upper.given;
   const double middle = 0.5 * (tuning.position_lower + tuning.position_upper);
@@ -115,7 +117,7 @@ void fill_start_band(const JointEntry& entry, const control::JointTuning& tuning
                                       "expected more than 0 and at most one turn of the drive at "
                                       "the joint, {:.6g}",
                                       joint.start_lower, joint.start_upper, band, turn));
-  } else if (!given && travel > turn) {
+  } else if (!given && travel > turn && described->kind != control::JointKind::kContinuous) {
     findings.error(place,
                    fmt::format("joint {}: its travel of {:.6g} is more than one turn of the drive "
                                "at the joint, {:.6g}, and the drive forgets its turns when it is "
@@ -209,7 +211,7 @@ void fill_joints(Draft& draft) {
     options.offset = entry.offset.value;
     control::JointTuning tuning = check_limits(entry, joint, draft.robot.period_ns, draft.findings);
     tuning.bus = options.bus;
-    fill_start_band(entry, tuning, options, draft.findings);
+    fill_start_band(entry, joint, tuning, options, draft.findings);
     draft.robot.controller.joints.push_back(std::move(tuning));
     draft.robot.arm.joints.push_back(std::move(options));
   }

@@ -68,11 +68,14 @@ void describe_bus(OptionVisitor& o, BusEntry& e) {
   e.place = o.here();
   o.text({.key = "name", .doc = "How joints refer to the bus.", .required = true, .live = kRestart},
          e.name);
-  o.text({.key = "interface",
-          .doc = "`can0`, `vcan0`, or `unix:PATH` for a socket bus.",
-          .required = true,
-          .live = kRestart},
-         e.interface);
+  o.text(
+      {.key = "interface",
+       .doc = "`can0`, `vcan0`; `usb:1-2.3`, the adapter in that USB socket; `serial:NUMBER`, the "
+              "adapter of that number (with `/1` behind either: its second channel); or "
+              "`unix:PATH` for a socket bus.",
+       .required = true,
+       .live = kRestart},
+      e.interface);
   o.flag({.key = "fd", .doc = "Frames are CAN FD with bit-rate switch.", .live = kRestart}, e.fd);
   o.integer({.key = "bit_rate",
              .doc = "Nominal bit rate.",
@@ -86,6 +89,37 @@ void describe_bus(OptionVisitor& o, BusEntry& e) {
              .range = between(10'000, 12'000'000),
              .live = kRestart},
             e.data_bit_rate);
+  o.flag({.key = "bring_up",
+          .doc = "Set the interface up as these options say, where geodesicd may (CAP_NET_ADMIN), "
+                 "and empty its queue when the bus stands still. Otherwise it is only checked, and "
+                 "refused with the `ip link` line that helps.",
+          .live = kRestart},
+         e.bring_up);
+  o.number({.key = "sample_point",
+            .doc = "Where a bit is sampled, as part of its length.",
+            .range = between(0.5, 0.95),
+            .default_text = "the kernel's choice",
+            .live = kRestart},
+           e.sample_point);
+  o.number({.key = "data_sample_point",
+            .doc = "The same in the data phase; with `fd = true` only.",
+            .range = between(0.5, 0.95),
+            .default_text = "the kernel's choice",
+            .live = kRestart},
+           e.data_sample_point);
+  o.integer(
+      {.key = "restart_ms",
+       .doc = "A controller that left the bus (bus-off) comes back after this long; 0: when a "
+              "law is asked for. Checked if given.",
+       .unit = "ms",
+       .range = between(0, 10'000),
+       .live = kRestart},
+      e.restart_ms);
+  o.integer({.key = "queue",
+             .doc = "Frames that the interface's transmit queue holds. Checked if given.",
+             .range = between(1, 4096),
+             .live = kRestart},
+            e.queue);
 }
 
 void describe_control(OptionVisitor& o, ControlEntry& e) {

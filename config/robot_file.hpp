@@ -32,6 +32,10 @@ struct BusEntry {
   Given<bool> fd;
   Given<std::int64_t> bit_rate{drivers::BusOptions{}.bit_rate, false, {}};
   Given<std::int64_t> data_bit_rate{drivers::BusOptions{}.data_bit_rate, false, {}};
+  Given<bool> bring_up{true, false, {}};
+  Given<double> sample_point, data_sample_point;
+  Given<std::int64_t> restart_ms{drivers::kDefaultRestartMs, false, {}};
+  Given<std::int64_t> queue{drivers::kDefaultQueue, false, {}};
 };
 
 struct DriveEntry {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "drivers/arm_parts.hpp"
+#include "drivers/cycle_plan.hpp"
 #include "drivers/families.hpp"
 #include "rt/clock.hpp"
 
@@ -20,15 +21,6 @@ namespace geodesic::drivers {
 using namespace arm;  // NOLINT(google-build-using-namespace): its own parts
 
 namespace {
-
-/// The last of its family on its bus.
-bool is_leader(const ArmOptions& options, std::size_t joint) {
-  const JointOptions& one = options.joints[joint];
-  return std::none_of(options.joints.begin() + static_cast<std::ptrdiff_t>(joint) + 1,
-                      options.joints.end(), [&](const JointOptions& other) {
-                        return other.bus == one.bus && other.drive.family == one.drive.family;
-                      });
-}
 
 constexpr std::size_t kBatch = 64;
 constexpr int kMaxBatches = 16;    ///< read from one bus at one wake-up
@@ -61,6 +53,7 @@ struct Arm::Impl {
                std::int64_t tick_ns) noexcept;
 
   bool simulated_time;
+  std::vector<std::size_t> order;  ///< in which the joints are sent to
   std::vector<Joint> joints;
   std::vector<Line> lines;
   std::array<pollfd, control::kMaxBuses> waits{};
@@ -72,7 +65,7 @@ struct Arm::Impl {
 };
 
 Arm::Impl::Impl(const ArmOptions& options, std::vector<std::unique_ptr<Bus>> buses)
-    : simulated_time(options.simulated_time) {
+    : simulated_time(options.simulated_time), order(sending_order(options)) {
   if (buses.size() != options.buses.size()) {
     throw std::invalid_argument("the arm was given " + std::to_string(buses.size()) +
                                 " open buses; its options name " +
@@ -85,7 +78,7 @@ Arm::Impl::Impl(const ArmOptions& options, std::vector<std::unique_ptr<Bus>> bus
     Line& line = lines[joint.bus];
     const Family& family = *find_family(joint.drive.family);
     DriveOptions drive = joint.drive;
-    drive.leader = is_leader(options, joints.size());
+    drive.leader = is_leader(options, order, joints.size());
     const Joint& added =
         joints.emplace_back(family.make_drive(drive), joint, family.position_period_rad(drive));
     for (const IdFilter& reply : added.drive->reply_ids()) {
@@ -190,6 +183,7 @@ void Arm::Impl::take_in(Line& line, std::size_t index, ReceivedFrame& received,
                 out, joint);
     }
     to_joint(joint.drive->state(), joint, out);
+    joint.last_good = received.frame;
     out.fresh = true;  // late for its cycle, but newer than what was known
   }
   if (timely && joint.due > 0 && !joint.answered) {
@@ -219,7 +213,7 @@ void Arm::prepare(const control::ArmCommand& command, std::int64_t tick_ns) noex
   for (Line& line : impl_->lines) {
     line.filled = 0;
   }
-  for (std::size_t i = 0; i < impl_->joints.size(); ++i) {
+  for (const std::size_t i : impl_->order) {
     Joint& joint = impl_->joints[i];
     Line& line = impl_->lines[joint.line];
     const std::span<Frame> room =
@@ -313,6 +307,7 @@ void Arm::restart(control::BitSet joints) noexcept {
     joint.turn = Turn::kUnknown;
     joint.surplus = 0;
     joint.doubled = false;
+    impl_->lines[joint.line].bus->ask_restart();
   }
 }
 
@@ -320,6 +315,14 @@ void Arm::tend() noexcept {
   for (Line& line : impl_->lines) {
     line.bus->tend();
   }
+}
+
+LinkHealth Arm::bus_health(std::size_t bus) const {
+  return impl_->lines[bus].bus->health();
+}
+
+std::vector<BusNews> Arm::take_bus_news(std::size_t bus) {
+  return impl_->lines[bus].bus->take_news();
 }
 
 std::vector<int> Arm::descriptors() const {
@@ -348,6 +351,10 @@ const JointCounters& Arm::joint_counters(std::size_t joint) const noexcept {
 
 const BusCounters& Arm::bus_counters(std::size_t bus) const noexcept {
   return impl_->lines[bus].bus->counters();
+}
+
+const Frame& Arm::last_good_frame(std::size_t joint) const noexcept {
+  return impl_->joints[joint].last_good;
 }
 
 const DriveComplaint& Arm::complaint(std::size_t joint) const noexcept {

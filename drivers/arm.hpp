@@ -80,12 +80,16 @@ class Arm {
   const control::ArmState& receive(std::int64_t tick_ns, std::int64_t deadline_ns) noexcept;
 
   /// Forgets the dialogues and refusals of these joints' drives: the next cycles configure them
-  /// anew. Real-time.
+  /// anew. A controller of theirs that left the bus for good is asked back. Real-time.
   void restart(control::BitSet joints = control::first(control::kMaxJoints)) noexcept;
 
   /// As Bus::tend() for every bus: before a real-time thread is sealed, and a few times a second
   /// from then on. One thread, not the real-time one.
   void tend() noexcept;
+
+  /// As Bus::health() and Bus::take_news(). The thread that calls tend(); not real-time.
+  LinkHealth bus_health(std::size_t bus) const;
+  std::vector<BusNews> take_bus_news(std::size_t bus);
 
   /// All that transmit() and receive() send to and receive from; the same for the arm's whole life.
   std::vector<int> descriptors() const;
@@ -98,6 +102,8 @@ class Arm {
   std::size_t buses() const noexcept;
   const JointCounters& joint_counters(std::size_t joint) const noexcept;
   const BusCounters& bus_counters(std::size_t bus) const noexcept;
+  /// The last frame of this joint's drive that made sense; an empty one before there was any.
+  const Frame& last_good_frame(std::size_t joint) const noexcept;
   const DriveComplaint& complaint(std::size_t joint) const noexcept;
 
  private:

@@ -101,7 +101,12 @@ std::vector<BusOptions> filtered_buses(const ArmOptions& options) {
       bus.receive.push_back(reply);
     }
     for (const IdFilter& command : drive->command_ids()) {
-      bus.transmit.push_back(command);
+      const auto same = [&](const IdFilter& one) {
+        return one.id == command.id && one.extended == command.extended && one.mask == command.mask;
+      };
+      if (std::none_of(bus.transmit.begin(), bus.transmit.end(), same)) {
+        bus.transmit.push_back(command);
+      }
     }
   }
   for (const JointOptions& joint : options.joints) {

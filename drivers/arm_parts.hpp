@@ -53,6 +53,7 @@ struct Joint {
   int surplus = 0;      ///< see kSurplusLimit
   bool doubled = false;
   JointCounters counters;
+  Frame last_good;
 };
 
 struct Line {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -52,6 +53,10 @@ class Zeroing : public BenchDialogue {
   virtual bool done() const = 0;
   /// What was found before and read back after, or why it was refused: a sentence.
   virtual std::string report() const = 0;
+  /// The drive's position as it told it before, and read back after [rad, its own]; NaN: it did not
+  /// tell. For the record of who has set which zero.
+  virtual double before_rad() const { return std::numeric_limits<double>::quiet_NaN(); }
+  virtual double after_rad() const { return std::numeric_limits<double>::quiet_NaN(); }
 };
 
 }  // namespace geodesic::drivers

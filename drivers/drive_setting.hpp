@@ -15,7 +15,7 @@ namespace geodesic::drivers {
 struct DriveSetting {
   std::string_view key;   ///< in [joint.drive], with its unit: "torque_constant_nm_a"
   std::string_view doc;   ///< one line
-  std::string_view unit;  ///< empty: none
+  std::string_view unit = {};  ///< empty: none
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   double value = 0.0;  ///< the default; with choices, the index of one

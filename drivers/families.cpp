@@ -4,14 +4,29 @@
 #include <algorithm>
 #include <array>
 
+#include "drivers/cia402/family.hpp"
+#include "drivers/cubemars/family.hpp"
 #include "drivers/damiao/family.hpp"
+#include "drivers/moteus/family.hpp"
+#include "drivers/myactuator/family.hpp"
+#include "drivers/odrive/family.hpp"
+#include "drivers/robstride/family.hpp"
 
 namespace geodesic::drivers {
 
 std::span<const Family> families() {
+  // One line a family.
+  // clang-format off
   static const std::array kFamilies = {
       damiao::family(),
+      cubemars::family(),
+      robstride::family(),
+      moteus::family(),
+      odrive::family(),
+      cia402::family(),
+      myactuator::family(),
   };
+  // clang-format on
   return kFamilies;
 }
 

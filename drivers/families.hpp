@@ -1,6 +1,7 @@
 // The table of drive families: one line a family. A new family adds its folder and its line.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -35,6 +36,10 @@ struct CyclicFrame {
   bool reply = false;       ///< the drive sends it
   bool once_a_bus = false;  ///< whoever is DriveOptions::leader sends it for all of its family
   double share = 1.0;  ///< of the cycles in which it comes: a heartbeat every 100 ms, 0.01 at 1 kHz
+  bool unasked = false;         ///< a reply by the drive's own timer: it answers no command
+  bool classic = false;         ///< a classic frame even where the bus carries CAN FD
+  bool bit_rate_switch = true;  ///< of a CAN FD frame
+  std::int64_t latency_ns = 0;  ///< from the end of the command to its answer; 0: nobody knows
 };
 
 struct Family {
@@ -51,7 +56,9 @@ struct Family {
   const char* (*error_name)(std::uint8_t code);
   /// At most kMaxDriveSettings options that this family alone has.
   std::span<const DriveSetting> settings;
-  /// All frames of a cycle, commands first, in the order in which they are sent.
+  /// All frames of a cycle, commands first, in the order in which they are sent. The i-th reply
+  /// that is not unasked answers the i-th command, or the last where there are fewer; in a family
+  /// with a command once a bus all answer that one.
   std::vector<CyclicFrame> (*cyclic_frames)(const DriveOptions&, double rate_hz);
   /// After power-on the drive's position is only known up to whole multiples of this [rad]; 0: it
   /// knows its turns.

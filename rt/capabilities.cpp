@@ -24,8 +24,9 @@ struct FreeSet {
 };
 using Set = std::unique_ptr<std::remove_pointer_t<cap_t>, FreeSet>;
 
-bool is_kept(cap_value_t capability) {
-  return capability == CAP_SYS_NICE || capability == CAP_IPC_LOCK;
+bool is_kept(cap_value_t capability, bool network) {
+  return capability == CAP_SYS_NICE || capability == CAP_IPC_LOCK ||
+         (network && capability == CAP_NET_ADMIN);
 }
 
 void lift_memory_limit() {
@@ -45,7 +46,7 @@ std::string name_of(cap_value_t capability) {
 
 }  // namespace
 
-std::string keep_realtime_capabilities() {
+std::string keep_realtime_capabilities(bool network) {
   lift_memory_limit();
   const Set before(cap_get_proc());
   const Set after(cap_init());
@@ -54,7 +55,7 @@ std::string keep_realtime_capabilities() {
   for (cap_value_t capability = 0; capability < cap_max_bits(); ++capability) {
     cap_flag_value_t had = CAP_CLEAR;
     cap_get_flag(before.get(), capability, CAP_PERMITTED, &had);
-    if (had == CAP_SET && is_kept(capability)) {
+    if (had == CAP_SET && is_kept(capability, network)) {
       cap_set_flag(after.get(), CAP_PERMITTED, 1, &capability, CAP_SET);
       cap_set_flag(after.get(), CAP_EFFECTIVE, 1, &capability, CAP_SET);
     } else if (had == CAP_SET) {
@@ -62,7 +63,7 @@ std::string keep_realtime_capabilities() {
     }
     // Refused to whoever lacks CAP_SETPCAP; no new privileges makes that good. What we would need
     // and lack stays, so that its absence can still be explained.
-    if (!is_kept(capability) || had == CAP_SET) cap_drop_bound(capability);
+    if (!is_kept(capability, network) || had == CAP_SET) cap_drop_bound(capability);
   }
   cap_reset_ambient();
   cap_set_proc(after.get());
@@ -78,9 +79,22 @@ int drop_thread_capabilities() noexcept {
   return capset(&header, nothing.data()) == 0 ? 0 : errno;
 }
 
-std::string capabilities_left() {
+bool keep_only_network_administration() noexcept {
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> had{};
+  std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> kept{};
+  constexpr std::uint32_t kNetwork = 1U << CAP_NET_ADMIN;
+  if (capget(&header, had.data()) == 0) {
+    kept[0].permitted = had[0].permitted & kNetwork;
+    kept[0].effective = kept[0].permitted;
+  }
+  return capset(&header, kept.data()) == 0 && kept[0].permitted != 0;
+}
+
+std::string capabilities_left(int but) {
   std::error_code gone;  // a thread may end while we look
   for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task", gone)) {
+    if (thread.path().filename() == std::to_string(but)) continue;
     std::ifstream status(thread.path() / "status");
     for (std::string line; std::getline(status, line);) {
       const bool held = line.starts_with("CapInh:") || line.starts_with("CapPrm:") ||

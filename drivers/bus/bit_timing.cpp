@@ -90,10 +90,10 @@ void put_identifier(BitStream& stream, const Frame& frame) noexcept {
     stream.put(frame.id >> 18 & 0x7FFU, 11);
     stream.put(0b11, 2);  // SRR, IDE
     stream.put(frame.id & 0x3FFFFU, 18);
-    stream.put(0, 1);  // RTR or RRS
+    stream.put(frame.remote ? 1 : 0, 1);  // RTR or RRS
   } else {
     stream.put(frame.id & 0x7FFU, 11);
-    stream.put(0b00, 2);  // RTR or RRS, IDE
+    stream.put(frame.remote ? 0b10 : 0b00, 2);  // RTR or RRS, IDE
   }
 }
 
@@ -102,7 +102,7 @@ FrameBits classic_bits(const Frame& frame, std::size_t length) noexcept {
   put_identifier(stream, frame);
   stream.put(0, frame.extended ? 2 : 1);  // reserved
   stream.put(static_cast<std::uint32_t>(length), 4);
-  stream.put({frame.data.data(), length});
+  stream.put({frame.data.data(), frame.remote ? 0 : length});  // its length is what it asks for
   stream.put(stream.crc15(), kClassicCrc);
   return {stream.count_closed() + kTail, 0};
 }
@@ -190,9 +190,10 @@ BusBudget bus_budget(std::span<const CycleFrames> frames, double rate_hz, std::i
   BusBudget budget;
   for (const CycleFrames& kind : frames) {
     const auto time = [&](Stuffing stuffing) {
-      return static_cast<std::int64_t>(kind.count) *
-             frame_time_ns(kind.bytes, kind.extended, kind.fd, kind.bit_rate_switch, bit_rate,
-                           data_bit_rate, stuffing);
+      const std::int64_t one =
+          frame_time_ns(kind.bytes, kind.extended, kind.fd, kind.bit_rate_switch, bit_rate,
+                        data_bit_rate, stuffing);
+      return std::llround(static_cast<double>(kind.count) * kind.share * static_cast<double>(one));
     };
     budget.frames += kind.count;
     budget.best_ns += time(Stuffing::kBest);

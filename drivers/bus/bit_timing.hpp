@@ -51,13 +51,14 @@ struct CycleFrames {
   bool extended = false;
   bool fd = false;
   bool bit_rate_switch = false;
+  double share = 1.0;  ///< of the cycles in which they come
 };
 
 /// What one bus has to carry in a cycle, against what it can.
 struct BusBudget {
   std::size_t frames = 0;      ///< a cycle
   std::int64_t period_ns = 0;  ///< of the rate asked for
-  std::int64_t best_ns = 0;    ///< bus time a cycle without stuff bits
+  std::int64_t best_ns = 0;    ///< bus time a cycle without stuff bits, on average
   std::int64_t worst_ns = 0;   ///< bus time a cycle with as many as there can be
   double best_load = 0.0;      ///< best_ns / period_ns, 1 = full
   double worst_load = 0.0;     ///< worst_ns / period_ns

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "control/joint.hpp"
 #include "drivers/bus/frame.hpp"
+#include "drivers/bus/link_health.hpp"
 
 namespace geodesic::drivers {
 
@@ -45,12 +47,22 @@ constexpr bool overlap(const IdFilter& a, const IdFilter& b) noexcept {
   return a.extended == b.extended && ((a.id ^ b.id) & a.mask & b.mask) == 0;
 }
 
+/// What an interface gets that is brought up, where the configuration does not say.
+inline constexpr int kDefaultRestartMs = 100;
+inline constexpr int kDefaultQueue = 64;  ///< a whole cycle fits (Bus::kMaxBatch)
+
 struct BusOptions {
   std::string name;       ///< how the configuration calls it
-  std::string interface;  ///< "can0", "vcan0", or "unix:PATH"
+  std::string interface;  ///< "can0", "vcan0", "usb:1-2.3", "serial:NUMBER", or "unix:PATH"
   bool fd = false;        ///< frames may be CAN FD; the interface must be able to carry them
   std::int64_t bit_rate = 1'000'000;       ///< [bit/s], nominal (arbitration) phase
   std::int64_t data_bit_rate = 5'000'000;  ///< [bit/s], FD data phase
+  /// Set the interface up as this says, where CAP_NET_ADMIN allows it; and keep it so.
+  bool bring_up = false;
+  std::optional<double> sample_point;       ///< part of a bit, 0..1; empty: the kernel's choice
+  std::optional<double> data_sample_point;  ///< the same of the data phase
+  std::optional<int> restart_ms;  ///< a controller's way back from bus-off; 0: not by itself
+  std::optional<int> queue;       ///< [frames], the interface's transmit queue
   std::vector<IdFilter> receive;  ///< let in; empty: everything (monitors, simulated drives)
   std::vector<IdFilter>
       transmit;  ///< what this host alone may send; the same from others is foreign
@@ -92,6 +104,15 @@ class Bus {
   /// From its first call on, the others make no system call but to send, receive and read the
   /// clock, and this one is to be called now and then. One thread, not the real-time one.
   virtual void tend() noexcept {}
+
+  /// Asks for a controller that is bus-off and does not restart by itself to be restarted by the
+  /// next tend(). Real-time.
+  virtual void ask_restart() noexcept {}
+
+  /// How the controller feels, as far as tend() knows. The thread that tends; not real-time.
+  virtual LinkHealth health() const { return {}; }
+  /// What tend() has to tell since this was last asked. The thread that tends; not real-time.
+  virtual std::vector<BusNews> take_news() { return {}; }
 
   virtual const control::BusState& state() const noexcept = 0;
   virtual const BusCounters& counters() const noexcept = 0;

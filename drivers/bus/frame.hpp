@@ -13,8 +13,9 @@ struct Frame {
   bool extended = false;         ///< 29-bit identifier
   bool fd = false;               ///< CAN FD frame
   bool bit_rate_switch = false;  ///< FD only: data phase at the data bit rate
-  bool remote = false;           ///< a request for the frame of that identifier; carries no data
-  bool error = false;       ///< received only: an error frame of the kernel; id holds its class
+  bool remote = false;  ///< a request for the frame of that identifier: `length` is what is asked
+                        ///< for, no data is carried; classic only
+  bool error = false;   ///< received only: an error frame of the kernel; id holds its class
   std::uint8_t length = 0;  ///< data bytes: 0..8, FD also 12, 16, 20, 24, 32, 48, 64
   std::array<std::uint8_t, 64> data{};
 

@@ -22,6 +22,9 @@ constexpr int kMaxReads = 8;
 // gone.
 constexpr int kSendsBetweenReconnects = 50;
 constexpr std::int64_t kTriesApartNs = 50'000'000;
+// What has waited for too long is taken back. After that so long nothing is sent; and the next
+// cycle's frames are taken back at once, if they too have not left when the one after is due.
+constexpr std::int64_t kQuietAfterForgetNs = 200'000'000;
 
 Descriptor connect_to(const UnixAddress& address) noexcept {
   Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
@@ -88,17 +91,9 @@ std::size_t SocketBus::send(std::span<const Frame> frames) noexcept {
     traffic_.handed_over(0, frames.size(), 0, now);
     return 0;
   }
-  if (traffic_.in_flight() > 0) {
-    if (traffic_.room() >= kMessages * kMaxBatch) {
-      read_batch();
-    }
-    if (traffic_.in_flight() > 0 && traffic_.confirmations_lost()) {
-      traffic_.forget_in_flight();
-    }
-    if (traffic_.in_flight() > 0) {
-      traffic_.skipped(frames.size());
-      return 0;
-    }
+  if (!may_send(now)) {
+    traffic_.skipped(frames.size());
+    return 0;
   }
   writer_.clear();
   for (const Frame& frame : frames) {
@@ -127,8 +122,48 @@ std::size_t SocketBus::send(std::span<const Frame> frames) noexcept {
       gone(errno);
     }
   }
+  sent_since_ = sent_since_ || sent > 0;
   traffic_.handed_over(sent, frames.size(), traffic_.commands() ? sent : 0, now);
   return sent;
+}
+
+// At most one cycle is under way, and not for long.
+bool SocketBus::may_send(std::int64_t now_ns) noexcept {
+  if (traffic_.in_flight() > 0) {
+    if (traffic_.room() >= kMessages * kMaxBatch) {
+      read_batch();
+    }
+    if (traffic_.in_flight() > 0 && traffic_.confirmations_lost()) {
+      traffic_.forget_in_flight();
+    }
+    if (traffic_.in_flight() > 0) {
+      ask_to_forget(now_ns);
+      return false;
+    }
+  }
+  if (forget_asked_) {  // and it has been done
+    forget_asked_ = false;
+    proven_ = false;
+    sent_since_ = false;
+    quiet_until_ns_ = now_ns + kQuietAfterForgetNs;
+  }
+  proven_ = proven_ || sent_since_;
+  return now_ns >= quiet_until_ns_;
+}
+
+void SocketBus::ask_to_forget(std::int64_t now_ns) noexcept {
+  const std::int64_t patience = proven_ ? traffic_.patience_ns() : 0;
+  if (forget_asked_ || now_ns - traffic_.handed_over_ns() <= patience || traffic_.state().down) {
+    return;
+  }
+  writer_.clear();
+  const auto message =
+      writer_.finish(WireMessageHeader::kWantsConfirmation | WireMessageHeader::kForget, 0);
+  iovec bytes{.iov_base = const_cast<std::byte*>(message.data()), .iov_len = message.size()};
+  mmsghdr out{};
+  out.msg_hdr.msg_iov = &bytes;
+  out.msg_hdr.msg_iovlen = 1;
+  forget_asked_ = ::sendmmsg(socket_.get(), &out, 1, MSG_DONTWAIT | MSG_NOSIGNAL) == 1;
 }
 
 std::size_t SocketBus::receive(std::span<ReceivedFrame> out) noexcept {
@@ -186,6 +221,7 @@ void SocketBus::gone(int error_number) noexcept {
   traffic_.failed(error_number);
   traffic_.went_down(rt::now_ns());
   traffic_.forget_in_flight();
+  forget_asked_ = false;
   if (!tended_.load(std::memory_order_relaxed)) {
     set_aside();
     sends_until_reconnect_ = kSendsBetweenReconnects;

@@ -45,6 +45,8 @@ class SocketBus final : public Bus {
 
   bool can_carry(const Frame& frame) const noexcept;
   bool reconnect() noexcept;
+  bool may_send(std::int64_t now_ns) noexcept;
+  void ask_to_forget(std::int64_t now_ns) noexcept;
   void gone(int error_number) noexcept;
   void set_aside() noexcept;
   bool connect_again() noexcept;
@@ -62,6 +64,10 @@ class SocketBus final : public Bus {
   std::atomic<bool> tended_{false};  // somebody else does what takes more than to send and receive
   bool set_aside_ = false;           // the rest is tend()'s
   std::int64_t next_try_ns_ = 0;
+  bool forget_asked_ = false;  // what is under way was taken back
+  bool proven_ = true;         // something has left since it last was
+  bool sent_since_ = false;    // something was handed over since
+  std::int64_t quiet_until_ns_ = 0;
   WireWriter writer_;
   std::vector<std::array<std::byte, kWireMessageBytes>> buffers_;
   std::array<iovec, kMessages> vectors_{};

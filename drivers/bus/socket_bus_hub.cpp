@@ -69,6 +69,7 @@ class SocketBusHub::Wire {
   void advance(std::int64_t now);
   std::size_t winner(std::int64_t now) const;
   Waiting pop(std::size_t index);
+  void forget(Client& client, std::int64_t now);
   void deliver(const Waiting& item, std::int64_t stamp);
   void flush(Client& client);
   void flush_all();
@@ -159,6 +160,9 @@ void SocketBusHub::Wire::read_clients(std::int64_t now) {
 
 void SocketBusHub::Wire::take_in(Client& client, const WireReader& message, std::int64_t now) {
   client.wants_confirmation = (message.header().flags & WireMessageHeader::kWantsConfirmation) != 0;
+  if ((message.header().flags & WireMessageHeader::kForget) != 0) {
+    forget(client, now);
+  }
   WireReader reader = message;
   WireReader::Item item;
   while (reader.next(item)) {
@@ -211,6 +215,22 @@ std::size_t SocketBusHub::Wire::winner(std::int64_t now) const {
     }
   }
   return best;
+}
+
+// As a controller that is stopped: what waits is gone, and what stands still on a held wire too.
+void SocketBusHub::Wire::forget(Client& client, std::int64_t now) {
+  std::size_t gone =
+      std::erase_if(waiting_, [&](const Waiting& item) { return item.sender == client.number; });
+  if (held.load(std::memory_order_relaxed) && on_wire_ && on_wire_->sender == client.number) {
+    on_wire_.reset();
+    ++gone;
+  }
+  for (; client.wants_confirmation && gone > 0; --gone) {
+    if (client.out.full()) {
+      flush(client);
+    }
+    client.out.add_confirmation(now);
+  }
 }
 
 Waiting SocketBusHub::Wire::pop(std::size_t index) {

@@ -24,9 +24,9 @@ void WireWriter::add(const Frame& frame, std::int64_t stamp_ns) noexcept {
   header.flags = static_cast<std::uint8_t>(
       (frame.extended ? WireFrameHeader::kExtended : 0) | (frame.fd ? WireFrameHeader::kFd : 0) |
       (frame.bit_rate_switch ? WireFrameHeader::kBitRateSwitch : 0) |
-      (frame.error ? WireFrameHeader::kError : 0));
+      (frame.error ? WireFrameHeader::kError : 0) | (frame.remote ? WireFrameHeader::kRemote : 0));
   append(&header, sizeof header);
-  append(frame.data.data(), header.length);
+  append(frame.data.data(), frame.remote ? 0 : header.length);
   ++header_.frames;
 }
 
@@ -66,7 +66,9 @@ bool WireReader::next(Item& item) noexcept {
   }
   std::memcpy(&header, rest_.data(), sizeof header);
   rest_ = rest_.subspan(sizeof header);
-  if (header.length > 64 || rest_.size() < header.length) {
+  const bool remote = (header.flags & WireFrameHeader::kRemote) != 0;
+  const std::size_t bytes = remote ? 0 : header.length;
+  if (header.length > 64 || rest_.size() < bytes) {
     left_ = 0;
     return false;
   }
@@ -77,11 +79,12 @@ bool WireReader::next(Item& item) noexcept {
   item.frame.fd = (header.flags & WireFrameHeader::kFd) != 0;
   item.frame.bit_rate_switch = (header.flags & WireFrameHeader::kBitRateSwitch) != 0;
   item.frame.error = (header.flags & WireFrameHeader::kError) != 0;
+  item.frame.remote = remote;
   const bool long_id = item.frame.extended || item.frame.error;
   item.frame.id = header.id & (long_id ? kLongIdMask : kShortIdMask);
   item.frame.length = header.length;
-  std::memcpy(item.frame.data.data(), rest_.data(), header.length);
-  rest_ = rest_.subspan(header.length);
+  std::memcpy(item.frame.data.data(), rest_.data(), bytes);
+  rest_ = rest_.subspan(bytes);
   --left_;
   return true;
 }

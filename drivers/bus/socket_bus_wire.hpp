@@ -15,9 +15,12 @@ namespace geodesic::drivers {
 struct WireMessageHeader {
   static constexpr std::uint32_t kMagic = 0x31424447;  // "GDB1"
   static constexpr std::uint16_t kWantsConfirmation = 1;
+  static constexpr std::uint16_t kForget = 2;
   std::uint32_t magic = kMagic;
   std::uint16_t frames = 0;
-  std::uint16_t flags = 0;    ///< client to hub: kWantsConfirmation
+  /// Client to hub: kWantsConfirmation; kForget: what of mine still waits is not to be sent (each
+  /// frame thrown away is confirmed as if it had left).
+  std::uint16_t flags = 0;
   std::uint64_t dropped = 0;  ///< hub to client: frames this client has lost since it came
 };
 
@@ -27,6 +30,7 @@ struct WireFrameHeader {
   static constexpr std::uint8_t kBitRateSwitch = 4;
   static constexpr std::uint8_t kError = 8;
   static constexpr std::uint8_t kConfirmed = 16;  ///< hub to client: one of yours has left; no data
+  static constexpr std::uint8_t kRemote = 32;     ///< no data follows, whatever the length
   std::int64_t stamp_ns = 0;  ///< hub to client: CLOCK_MONOTONIC, end of the frame on the wire
   std::uint32_t id = 0;
   std::uint8_t length = 0;

@@ -3,6 +3,7 @@
 #include "drivers/bus/socketcan_bus.hpp"
 
 #include <linux/sock_diag.h>
+#include <sys/eventfd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -36,17 +37,22 @@ void read_clocks(StampClock& clock) noexcept {
   clock.read(rt::now_ns(), wall_ns);
 }
 
-bool link_is_gone(int error_number) noexcept {
-  return error_number == ENETDOWN || error_number == ENODEV || error_number == ENXIO;
+// After a purge, so long nothing is sent: a bus that stays as it is does not get frame after frame
+// that has to be thrown away again.
+constexpr std::int64_t kQuietAfterPurgeNs = 200'000'000;
+
+// The socket is bound to an interface that is no more: it will not work again.
+bool interface_is_gone(int error_number) noexcept {
+  return error_number == ENODEV || error_number == ENXIO;
 }
 
 }  // namespace
 
 SocketCanBus::SocketCanBus(const BusOptions& options)
-    : socket_(open_can_socket(options)), traffic_(options, kHeldFrames) {
-  if (!options.transmit.empty()) {
-    lock_.emplace(options.interface);
-  }
+    : options_(options),
+      socket_(open()),
+      idle_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)),
+      traffic_(options, kHeldFrames) {
   for (std::size_t i = 0; i < kMaxBatch; ++i) {
     out_vectors_[i].iov_base = &out_frames_[i];
     out_messages_[i].msg_hdr.msg_iov = &out_vectors_[i];
@@ -66,7 +72,11 @@ std::size_t SocketCanBus::send(std::span<const Frame> frames) noexcept {
   }
   const std::int64_t now = rt::now_ns();
   traffic_.begin_send(now);
-  if (traffic_.commands() && !last_cycle_has_left()) {
+  if (!usable()) {
+    traffic_.handed_over(0, frames.size(), 0, now);
+    return 0;
+  }
+  if (traffic_.commands() && !may_send(now)) {
     traffic_.skipped(frames.size());
     return 0;
   }
@@ -82,6 +92,7 @@ std::size_t SocketCanBus::send(std::span<const Frame> frames) noexcept {
   } else if (sent < batch) {
     traffic_.failed(ENOBUFS);  // the kernel keeps the reason to itself; it is a full queue
   }
+  sent_since_ = sent_since_ || sent > 0;
   const auto commanded = std::count_if(frames.begin(), frames.begin() + static_cast<long>(sent),
                                        [this](const Frame& f) { return traffic_.is_command(f); });
   traffic_.handed_over(sent, frames.size(),
@@ -89,9 +100,65 @@ std::size_t SocketCanBus::send(std::span<const Frame> frames) noexcept {
   return sent;
 }
 
+// False while there is no interface; takes up a socket that was opened anew.
+bool SocketCanBus::usable() noexcept {
+  const Link link = link_.load(std::memory_order_acquire);
+  if (link == Link::kFresh) {
+    socket_.echoes = fresh_echoes_.load(std::memory_order_relaxed);
+    purges_seen_ = purges_.load(std::memory_order_relaxed);
+    traffic_.forget_in_flight();
+    traffic_.came_up();
+    traffic_.new_connection();
+    held_since_ns_.store(0, std::memory_order_relaxed);
+    link_.store(Link::kUp, std::memory_order_relaxed);
+  }
+  return link != Link::kGone;
+}
+
+bool SocketCanBus::may_send(std::int64_t now_ns) noexcept {
+  const std::uint64_t purges = purges_.load(std::memory_order_acquire);
+  if (purges != purges_seen_) {
+    purges_seen_ = purges;
+    traffic_.purged();
+    held_since_ns_.store(0, std::memory_order_relaxed);
+    quiet_until_ns_ = now_ns + kQuietAfterPurgeNs;
+    proven_.store(false, std::memory_order_relaxed);
+    sent_since_ = false;
+  }
+  bus_off_.store(traffic_.state().bus_off, std::memory_order_relaxed);
+  if (now_ns < quiet_until_ns_ || purging_.load(std::memory_order_acquire) ||
+      !last_cycle_has_left()) {
+    return false;
+  }
+  held_since_ns_.store(0, std::memory_order_relaxed);
+  if (sent_since_) {
+    proven_.store(true, std::memory_order_relaxed);
+  }
+  return true;
+}
+
+// What is under way has not left, and it is not for a confirmation alone.
+void SocketCanBus::held() noexcept {
+  if (!traffic_.state().down && held_since_ns_.load(std::memory_order_relaxed) == 0) {
+    patience_ns_.store(traffic_.patience_ns(), std::memory_order_relaxed);
+    held_since_ns_.store(traffic_.handed_over_ns(), std::memory_order_relaxed);
+  }
+}
+
+void SocketCanBus::ask_restart() noexcept {
+  if (traffic_.state().bus_off && restart_possible_.load(std::memory_order_relaxed)) {
+    traffic_.restart_expected();
+    restart_asked_.store(true, std::memory_order_relaxed);
+  }
+}
+
 bool SocketCanBus::last_cycle_has_left() noexcept {
   if (!socket_.echoes) {
-    return queue_empty();
+    const bool empty = queue_empty();
+    if (!empty) {
+      held();
+    }
+    return empty;
   }
   if (traffic_.in_flight() > 0 && traffic_.room() >= kMaxBatch) {
     read_batch();
@@ -102,6 +169,7 @@ bool SocketCanBus::last_cycle_has_left() noexcept {
   // The rare path: still unconfirmed. Either it still waits, in the queue or in the controller, or
   // it was destroyed, or its confirmation was. Only with a reason to believe so is it forgotten.
   if (!queue_empty()) {
+    held();
     return false;
   }
   if (traffic_.confirmations_lost()) {
@@ -110,6 +178,9 @@ bool SocketCanBus::last_cycle_has_left() noexcept {
   }
   const control::BusState& state = traffic_.state();
   const bool healthy = !state.error_passive && !state.bus_off && !state.down;
+  if (!healthy) {
+    held();
+  }
   const bool overdue = rt::now_ns() - traffic_.handed_over_ns() > kConfirmationLostNs;
   return healthy && overdue && traffic_.doubt_in_flight();
 }
@@ -124,6 +195,9 @@ bool SocketCanBus::queue_empty() const noexcept {
 
 std::size_t SocketCanBus::receive(std::span<ReceivedFrame> out) noexcept {
   std::size_t n = traffic_.take(out);
+  if (link_.load(std::memory_order_acquire) != Link::kUp) {
+    return n;
+  }
   for (int read = 0; n < out.size() && read < kMaxReads; ++read) {
     const std::size_t got = read_batch();
     n += traffic_.take(out.subspan(n));
@@ -156,6 +230,9 @@ std::size_t SocketCanBus::read_batch() noexcept {
   if (got < kMaxBatch) {
     clock_.emptied();
   }
+  const BusCounters& counters = traffic_.counters();
+  received_.store(counters.received + counters.foreign_commands + counters.error_frames,
+                  std::memory_order_relaxed);
   return got;
 }
 
@@ -189,9 +266,18 @@ void SocketCanBus::take_in(const mmsghdr& message, const canfd_frame& raw) noexc
 }
 
 void SocketCanBus::note_error(int error_number) noexcept {
+  const bool ours = purging_.load(std::memory_order_acquire) ||
+                    purges_.load(std::memory_order_acquire) != purges_seen_;
+  if (error_number == ENETDOWN && ours) {
+    return;  // it is down for a moment, to forget what it held
+  }
   traffic_.failed(error_number);
-  if (link_is_gone(error_number)) {
+  if (error_number == ENETDOWN || interface_is_gone(error_number)) {
     traffic_.went_down(rt::now_ns());
+  }
+  if (interface_is_gone(error_number)) {
+    traffic_.forget_in_flight();
+    link_.store(Link::kGone, std::memory_order_release);
   }
 }
 

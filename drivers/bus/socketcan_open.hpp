@@ -1,8 +1,9 @@
-// Opening a raw CAN socket and saying in plain words why it cannot be. Not real-time; sending and
-// receiving live in socketcan_bus.
+// Opening a raw CAN socket on an interface that is up, and saying in plain words why it cannot be.
+// Not real-time; the interface is link_setup's business, sending and receiving are socketcan_bus's.
 #pragma once
 
 #include "drivers/bus/bus.hpp"
+#include "drivers/bus/can_link.hpp"
 #include "drivers/bus/descriptor.hpp"
 
 namespace geodesic::drivers {
@@ -15,6 +16,6 @@ struct CanSocket {
 };
 
 /// @throws BusError with the command that helps.
-CanSocket open_can_socket(const BusOptions& options);
+CanSocket open_can_socket(const BusOptions& options, const CanLink& link);
 
 }  // namespace geodesic::drivers

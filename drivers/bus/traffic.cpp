@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "drivers/bus/bit_timing.hpp"
 #include "drivers/bus/error_frame.hpp"
 
 namespace geodesic::drivers {
@@ -17,6 +18,8 @@ Traffic::Traffic(const BusOptions& options, std::size_t held_capacity)
     : receive_(options.receive),
       transmit_(options.transmit),
       fd_(options.fd),
+      frame_ns_(2 * frame_time_ns(options.fd ? 64 : 8, true, options.fd, options.fd,
+                                  options.bit_rate, options.data_bit_rate, Stuffing::kWorst)),
       held_(held_capacity) {}
 
 void Traffic::arrived(const Frame& frame, std::int64_t stamp_ns) noexcept {
@@ -40,7 +43,8 @@ void Traffic::arrived(const Frame& frame, std::int64_t stamp_ns) noexcept {
     state_.foreign_commander = true;
     foreign_ns_ = stamp_ns;
   }
-  const bool readable = fd_ || !frame.fd;
+  // A remote frame asks a drive for an answer; to who commands, it is none.
+  const bool readable = (fd_ || !frame.fd) && !(frame.remote && commands());
   if (receive_.empty() || (wanted && readable)) {
     ++counters_.received;
     hold(frame, stamp_ns);
@@ -115,6 +119,7 @@ void Traffic::handed_over(std::size_t sent, std::size_t offered, std::size_t com
     in_flight_ += commanded;
     confirmed_forgotten_ = 0;
     handed_over_ns_ = now_ns;
+    handed_over_bits_ns_ = static_cast<std::int64_t>(sent) * frame_ns_;
     confirmations_lost_ = false;
     bus_off_before_send_ = state_.bus_off;
   }
@@ -143,6 +148,12 @@ bool Traffic::doubt_in_flight() noexcept {
   return true;
 }
 
+void Traffic::purged() noexcept {
+  forget_in_flight();
+  doubted_ = false;
+  controller_afresh();
+}
+
 void Traffic::went_down(std::int64_t now_ns) noexcept {
   state_.down = true;
   down_ns_ = now_ns;
@@ -152,6 +163,10 @@ void Traffic::went_down(std::int64_t now_ns) noexcept {
 void Traffic::came_up() noexcept {
   state_.down = false;
   controller_afresh();
+}
+
+void Traffic::restart_expected() noexcept {
+  state_.bus_off = false;
 }
 
 // Down or up, the controller starts anew and what waited in it has gone.

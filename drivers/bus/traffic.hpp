@@ -49,6 +49,9 @@ class Traffic {
 
   std::size_t in_flight() const noexcept { return in_flight_; }
   std::int64_t handed_over_ns() const noexcept { return handed_over_ns_; }
+  /// How long what was handed over last may take to leave before it must be called held: twice its
+  /// bits at the bus's rate, and as much again as any controller or hub may be busy.
+  std::int64_t patience_ns() const noexcept { return kBusyNs + handed_over_bits_ns_; }
   /// Something happened that destroys frames or confirmations: loss on our side, link down,
   /// restart.
   bool confirmations_lost() const noexcept { return confirmations_lost_; }
@@ -59,6 +62,10 @@ class Traffic {
   /// those of what is handed over next, and are not taken for them.
   /// @return false: not allowed.
   bool doubt_in_flight() noexcept;
+  /// Queue and controller were emptied: nothing is under way any more.
+  void purged() noexcept;
+  /// Somebody is about to restart the controller, which left the bus.
+  void restart_expected() noexcept;
   void went_down(std::int64_t now_ns) noexcept;
   void came_up() noexcept;
 
@@ -69,9 +76,12 @@ class Traffic {
   void controller_afresh() noexcept;
   void hold(const Frame& frame, std::int64_t stamp_ns) noexcept;
 
+  static constexpr std::int64_t kBusyNs = 15'000'000;
+
   IdSet receive_;
   IdSet transmit_;
   bool fd_;
+  std::int64_t frame_ns_;  // twice the longest frame
   control::BusState state_;
   BusCounters counters_;
   std::vector<ReceivedFrame> held_;  // ring
@@ -81,6 +91,7 @@ class Traffic {
   std::size_t forgotten_ = 0;            // doubted frames that may still be confirmed
   std::size_t confirmed_forgotten_ = 0;  // since the last frames were handed over
   std::int64_t handed_over_ns_ = 0;
+  std::int64_t handed_over_bits_ns_ = 0;
   std::int64_t foreign_ns_ = 0;
   std::int64_t down_ns_ = 0;
   std::uint64_t drops_seen_ = 0;

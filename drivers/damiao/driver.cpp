@@ -15,6 +15,8 @@ namespace {
 constexpr auto kDisabledStatus = static_cast<std::uint8_t>(Status::kDisabled);
 constexpr auto kEnabledStatus = static_cast<std::uint8_t>(Status::kEnabled);
 
+constexpr double kTorqueCodes = (1U << mit::kTorque.bits) - 1U;
+
 bool finite(const DriveCommand& command) noexcept {
   return std::isfinite(command.torque_nm) && std::isfinite(command.position_rad) &&
          std::isfinite(command.velocity_rad_s) && std::isfinite(command.stiffness_nm_rad) &&
@@ -26,6 +28,7 @@ bool finite(const DriveCommand& command) noexcept {
 Driver::Driver(const DriveOptions& options)
     : options_(options),
       ranges_{options.position_range_rad, options.velocity_range_rad_s, options.torque_range_nm},
+      diffusion_(options.error_diffusion, 2.0 * options.torque_range_nm / kTorqueCodes),
       start_up_(options) {}
 
 void Driver::restart() noexcept {
@@ -83,6 +86,9 @@ std::size_t Driver::transmit(const DriveCommand& command, std::int64_t now_ns,
     return 0;
   }
   follow(command.mode, now_ns);
+  if (phase_ != Phase::kEnabled) {
+    diffusion_.reset();
+  }
   switch (phase_) {
     case Phase::kStartUp: {
       const bool sent = start_up_.transmit(now_ns, out[0]);
@@ -149,14 +155,30 @@ Frame Driver::torque_frame(const DriveCommand& command) noexcept {
                          .stiffness_nm_rad = command.stiffness_nm_rad,
                          .damping_nm_s_rad = command.damping_nm_s_rad,
                          .torque_nm = command.torque_nm};
+    if (options_.error_diffusion) {
+      return diffused_frame(mit);
+    }
     return encode_mit(options_.id, options_.fd, mit, ranges_)
         .value_or(encode_special(options_.id, options_.fd, Special::kDisable));
   }
   complaint_ = {"command (torque, position, velocity, stiffness or damping)",
                 std::numeric_limits<double>::quiet_NaN(), 0.0,
                 "the controller's numbers are not finite: keep the log and report it"};
+  diffusion_.reset();
   const double damping = std::isfinite(command.damping_nm_s_rad) ? command.damping_nm_s_rad : 0.0;
   return brake_frame(std::max(damping, kFallbackDamping));
+}
+
+Frame Driver::diffused_frame(MitCommand command) noexcept {
+  const double wanted = std::clamp(command.torque_nm, -ranges_.torque_nm, ranges_.torque_nm);
+  command.torque_nm = diffusion_.next(wanted);
+  const std::optional<Frame> frame = encode_mit(options_.id, options_.fd, command, ranges_);
+  if (!frame) {
+    return encode_special(options_.id, options_.fd, Special::kDisable);
+  }
+  diffusion_.went(wanted, from_code(extract(*frame, mit::kTorque), -ranges_.torque_nm,
+                                    ranges_.torque_nm, mit::kTorque.bits));
+  return *frame;
 }
 
 bool Driver::receive(const ReceivedFrame& received) noexcept {

@@ -10,6 +10,7 @@
 #include "drivers/damiao/codec.hpp"
 #include "drivers/damiao/start_up.hpp"
 #include "drivers/drive.hpp"
+#include "drivers/error_diffusion.hpp"
 
 namespace geodesic::drivers::damiao {
 
@@ -58,6 +59,8 @@ class Driver final : public Drive {
   Frame enabling_frame(std::int64_t now_ns) noexcept;
   Frame disabling_frame() noexcept;
   Frame torque_frame(const DriveCommand& command) noexcept;
+  /// With what earlier codes rounded away, if DriveOptions::error_diffusion.
+  Frame diffused_frame(MitCommand command) noexcept;
   Frame brake_frame(double damping) const noexcept;
   void take_status(std::uint8_t status) noexcept;
   /// A drive counts within +-PMAX and wraps around; a step of more than half of that is a wrap.
@@ -66,6 +69,7 @@ class Driver final : public Drive {
 
   DriveOptions options_;
   Ranges ranges_;
+  ErrorDiffusion diffusion_;  ///< owes nothing while the drive does not follow torque
   StartUp start_up_;
   Phase phase_ = Phase::kStartUp;
   control::DriveMode mode_ = control::DriveMode::kMonitor;

@@ -5,19 +5,21 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include "drivers/damiao/codec.hpp"
 #include "drivers/damiao/driver.hpp"
+#include "drivers/damiao/scanner.hpp"
 #include "drivers/damiao/simulated.hpp"
+#include "drivers/damiao/zeroing.hpp"
 
 namespace geodesic::drivers::damiao {
 
 namespace {
 
-constexpr std::uint32_t kLastId = 0xFF;
+constexpr std::uint32_t kLastId = Scanner::kLastId;
 constexpr std::uint32_t kLastReplyId = 0x7FE;
 constexpr std::int64_t kLeastWatchdogNs = 1'000'000;
 constexpr std::int64_t kMostWatchdogNs = 10'000'000'000;
@@ -158,7 +160,7 @@ std::optional<DecodedFrame> decode_other_mode(const Frame& frame, std::uint32_t 
 std::optional<DecodedFrame> decode(const Frame& frame, const DriveOptions& options) {
   const Ranges ranges{options.position_range_rad, options.velocity_range_rad_s,
                       options.torque_range_nm};
-  if (frame.error || frame.extended) {
+  if (frame.error || frame.extended || frame.remote) {
     return std::nullopt;
   }
   if (frame.id == kRegisterId) {
@@ -259,8 +261,12 @@ Family family() {
                 {.what = "state", .id = options.reply_id, .reply = true}};
       },
       .position_period_rad = [](const DriveOptions&) { return 2.0 * std::numbers::pi; },
-      .make_scanner = nullptr,
-      .make_zeroing = nullptr,
+      .make_scanner = [](bool fd) -> std::unique_ptr<drivers::Scanner> {
+        return std::make_unique<Scanner>(fd);
+      },
+      .make_zeroing = [](const DriveOptions& options) -> std::unique_ptr<drivers::Zeroing> {
+        return std::make_unique<Zeroing>(options);
+      },
   };
 }
 

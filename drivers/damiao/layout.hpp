@@ -91,6 +91,7 @@ enum class Register : std::uint8_t {
   kVelocityRange = 22,
   kTorqueRange = 23,
   kBitRate = 35,
+  kSubVersion = 36,
 };
 
 struct RegisterFact {

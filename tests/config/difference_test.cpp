@@ -108,8 +108,9 @@ std::optional<std::string> another(const Setting& setting) {
   if (value.starts_with('[')) return "[0]";
   if (value.starts_with('{') || value.starts_with('"')) return std::nullopt;
   if (value.empty()) {
-    return setting.steps.back() == "data_bit_rate" ? std::nullopt
-                                                   : std::optional<std::string>("1.25");
+    const std::string& option = setting.steps.back();
+    if (option.ends_with("sample_point")) return std::nullopt;
+    return option == "data_bit_rate" ? std::nullopt : std::optional<std::string>("1.25");
   }
   const double number = std::stod(value);
   const bool whole = value.find_first_of(".e") == std::string::npos;

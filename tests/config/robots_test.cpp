@@ -76,7 +76,7 @@ TEST_P(ShippedRobot, BusOverride) {
 
 INSTANTIATE_TEST_SUITE_P(Robots, ShippedRobot,
                          ::testing::Values(Shipped{"planar2r", 2, 1, 0},
-                                           Shipped{"openarm", 8, 1, 2},
+                                           Shipped{"quad12", 12, 3, 0}, Shipped{"openarm", 8, 1, 2},
                                            Shipped{"openarm-bimanual", 16, 2, 4}),
                          [](const auto& shipped) { return test_name(shipped.param.folder); });
 
@@ -98,6 +98,7 @@ TEST(Robots, StrictRefusesThePublishedFingers) {
                    Message::Severity::kError))
       << all_of(result.messages);
   EXPECT_TRUE(load_robot(kRobots / "planar2r/robot.toml", options).ok);
+  EXPECT_TRUE(load_robot(kRobots / "quad12/robot.toml", options).ok);
 }
 
 TEST(Robots, OpenArmFigures) {
@@ -120,8 +121,8 @@ TEST(Robots, BusBudgetAgreesWithTheArithmetic) {
   const BudgetReport report = bus_budget(planar.robot);
   ASSERT_EQ(report.buses.size(), 1U);
   EXPECT_EQ(report.buses[0].drives, 2U);
-  EXPECT_EQ(report.buses[0].budget.worst_ns, 4 * 135'000);
-  EXPECT_EQ(report.buses[0].budget.best_ns, 4 * 111'000);
+  EXPECT_EQ(report.buses[0].budget().worst_ns, 4 * 135'000);
+  EXPECT_EQ(report.buses[0].budget().best_ns, 4 * 111'000);
 }
 
 using RobotFiles = Bench;

@@ -89,9 +89,10 @@ class FakeBus final : public Bus {
     for (const Frame& frame : frames) {
       wire_.sent.push_back(frame);
       for (const auto& drive : wire_.drives) {
-        std::array<Frame, 1> reply;
-        if (drive->receive(frame, rt::now_ns(), reply) == 1) {
-          wire_.answer(reply[0]);
+        std::array<Frame, SimulatedDrive::kMaxReplies> replies;
+        const std::size_t count = drive->receive(frame, rt::now_ns(), replies);
+        for (std::size_t i = 0; i < count; ++i) {
+          wire_.answer(replies[i]);
         }
       }
     }

@@ -5,6 +5,8 @@
 
 #include "drivers/bus/bit_timing.hpp"
 #include "drivers/families.hpp"
+#include "tests/drivers/family_benches.hpp"
+#include "tests/fuzz/family_frames.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace geodesic::fuzz {
@@ -26,16 +28,10 @@ void candump(Bytes bytes) {
   expect(!parsed->interface.empty(), "a frame came by an interface");
   expect(frame.id <= (frame.extended || frame.error ? CAN_EFF_MASK : CAN_SFF_MASK),
          "identifier without flags");
-  expect(parsed->remote || drivers::is_can_length(frame.length, frame.fd), "a length of CAN");
-  drivers::DriveOptions options;
-  options.id = 1;
-  options.reply_id = 0x11;
-  options.position_range_rad = 12.5;
-  options.velocity_range_rad_s = 30.0;
-  options.torque_range_nm = 10.0;
-  for (const drivers::Family& family : drivers::families()) {
-    const auto words = family.decode(frame, options);
-    expect(!words || !words->kind.empty(), "what is understood has a name");
+  expect(frame.remote || drivers::is_can_length(frame.length, frame.fd), "a length of CAN");
+  static const std::vector<drivers::test::FamilyBench> benches = drivers::test::family_benches();
+  for (const drivers::test::FamilyBench& bench : benches) {
+    expect_words(bench.of().decode(frame, bench.options));
   }
 }
 

@@ -1,4 +1,5 @@
-// Fuzz target: Damiao frames <-> numbers, any bytes one way and any numbers the other.
+// Fuzz target: Damiao frames <-> numbers, any bytes one way and any numbers the other; and any
+// bytes to whatever decodes frames of a family: its words for people and its driver.
 #include "drivers/damiao/codec.hpp"
 
 #include <array>
@@ -7,6 +8,8 @@
 #include <cstring>
 
 #include "rt/heap_counter.hpp"
+#include "tests/drivers/family_benches.hpp"
+#include "tests/fuzz/family_frames.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace geodesic::fuzz {
@@ -112,13 +115,45 @@ void encode_all(Input& input, const Ranges& ranges) {
        taken->torque_nm > 0.99 * ranges.torque_nm);
 }
 
+/// Frames of one family, one after the other, at any time.
+void decode_family(Input& input) {
+  static const std::vector<drivers::test::FamilyBench> benches = drivers::test::family_benches();
+  const drivers::test::FamilyBench& bench = benches[input.below(benches.size())];
+  const auto drive = bench.of().make_drive(bench.options);
+  std::vector<drivers::IdFilter> ids = drive->reply_ids();
+  const std::vector<drivers::IdFilter> replies = ids;
+  const std::vector<drivers::IdFilter> commands = drive->command_ids();
+  ids.insert(ids.end(), commands.begin(), commands.end());
+  std::int64_t now_ns = 1'000'000'000;
+  while (!input.empty()) {
+    now_ns += static_cast<std::int64_t>(input.integer(2)) * 10'000;
+    const Frame frame = forged(input, ids, bench.options.fd);
+    expect_words(bench.of().decode(frame, bench.options));
+    if (!matches(replies, frame) || !drive->claims(frame)) continue;
+    const std::uint64_t calls = rt::heap_calls();
+    drive->receive({frame, now_ns});
+    expect(rt::heap_calls() == calls, "receive() never touches the heap");
+    const drivers::DriveState& state = drive->state();
+    expect(std::isfinite(state.position_rad) && std::isfinite(state.velocity_rad_s) &&
+               std::isfinite(state.torque_nm) && std::isfinite(state.temperature_c),
+           "a drive's state is finite");
+    expect(state.condition != control::DriveCondition::kEnabled,
+           "nobody is enabled who was not asked");
+  }
+}
+
 }  // namespace
 
 void codec(Bytes bytes) {
   Input input(bytes);
-  const std::uint64_t calls = rt::heap_calls();
   const Ranges& ranges = kModels[input.below(kModels.size())];
-  if (input.flag()) {
+  const std::size_t which = input.below(4);
+  if (which >= 2) {
+    decode_family(input);
+    return;
+  }
+  const std::uint64_t calls = rt::heap_calls();
+  if (which == 1) {
     encode_all(input, ranges);
   } else {
     Frame frame;

@@ -27,8 +27,9 @@ void check_frame(const Frame& frame) {
   if (drivers::is_can_length(frame.length, frame.fd)) {
     const drivers::FrameBits bits = drivers::frame_bits(frame);
     const auto bound = [&frame](drivers::Stuffing stuffing) {
-      const drivers::FrameBits all = drivers::frame_bits(frame.length, frame.extended, frame.fd,
-                                                         frame.bit_rate_switch, stuffing);
+      const std::size_t bytes = frame.remote ? 0 : frame.length;
+      const drivers::FrameBits all =
+          drivers::frame_bits(bytes, frame.extended, frame.fd, frame.bit_rate_switch, stuffing);
       return all.nominal + all.data;
     };
     expect(bits.nominal + bits.data >= bound(drivers::Stuffing::kBest) &&
@@ -44,8 +45,7 @@ void kernel_frame(Input& input) {
   std::memcpy(&raw, bytes.data(), bytes.size());
   Frame frame;
   if (!drivers::decode_can_frame(raw, size, frame)) {
-    expect((size != CAN_MTU && size != CANFD_MTU) || (raw.can_id & CAN_RTR_FLAG) != 0,
-           "only remote frames and odd sizes are refused");
+    expect(size != CAN_MTU && size != CANFD_MTU, "only odd sizes are refused");
     return;
   }
   check_frame(frame);

@@ -15,17 +15,32 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 CAN_EFF, CAN_ERR = 0x80000000, 0x20000000
 
 
-def vectors():
-    """(identifier, data, from the drive) of every Damiao vector."""
-    with open(ROOT / "tests/data/vectors/damiao.csv", newline="", encoding="utf-8") as file:
+BENCHES = 16  # no fewer than tests/drivers/family_benches.hpp has; counted modulo theirs
+
+
+def vectors(family="damiao"):
+    """(identifier, data, from the drive) of every vector of a family."""
+    with open(ROOT / f"tests/data/vectors/{family}.csv", newline="", encoding="utf-8") as file:
         return [(int(row["can_id"], 16), bytes.fromhex(row["data"]), row["direction"] != "command")
                 for row in csv.DictReader(file)]
 
 
+def all_vectors():
+    """Of all families, and whether the identifier has 29 bits and the frame is CAN FD."""
+    for path in sorted((ROOT / "tests/data/vectors").glob("*.csv")):
+        with open(path, newline="", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                yield (path.stem, int(row["can_id"], 16), row["is_extended"] == "1",
+                       row["is_fd"] == "1", bytes.fromhex(row["data"]))
+
+
 def frames():
+    for number, (_, identifier, extended, fd, data) in enumerate(all_vectors()):
+        if number % 6 == 0 and not fd:
+            flags = CAN_EFF if extended else 0
+            kernel = struct.pack("<IB3x", identifier | flags, len(data)) + data.ljust(8, b"\0")
+            yield f"classic{number}", b"\2\0\1" + kernel
     for number, (identifier, data, _) in enumerate(vectors()[::6]):
-        kernel = struct.pack("<IB3x", identifier, len(data)) + data.ljust(8, b"\0")
-        yield f"classic{number}", b"\2\0\1" + kernel
         wire = struct.pack("<IHHQ", 0x31424447, 1, number & 1, 0)
         wire += struct.pack("<qIBBH", 1000 + number, identifier, len(data), 0, 0) + data
         yield f"wire{number}", b"\0" + wire
@@ -42,37 +57,46 @@ def codec():
         yield f"decode{number}", bytes([number % 4, 0, len(data)]) + data
     for kind in range(24):
         yield f"encode{kind}", bytes([kind % 4, 1] + [kind, 60, 60, 60] * 5)
+    # A frame of a family: time, filter, kind, what the filter leaves open, data.
+    for number, (_, identifier, extended, _, data) in enumerate(all_vectors()):
+        for which in range(3):
+            frame = bytes([0, 100, (number + which) % 256, 0]) + (identifier.to_bytes(4, "big") if extended
+                                                          else b"") + data.ljust(8, b"\0")
+            yield f"family{number}-{which}", bytes([0, 2, (number // 8 + which) % BENCHES]) + frame
 
 
 def drives():
-    start = bytes([0, 4, 1, 1, 9, 0])  # family, id, reply id, classic, watchdog, errors not cleared
     monitor, enable, disable = bytes([0, 0]), bytes([1, 0]), bytes([2, 0])
     torque = bytes([1, 1, 100, 160, 0, 100, 128, 0, 100, 128, 0, 100, 0, 0, 100, 0, 0])
     cycles = lambda count, command: bytes([5, count - 1]) + command  # noqa: E731
-    up = start + cycles(40, monitor) + cycles(20, enable)
-    yield "up", up
-    yield "work", up + cycles(40, torque) + cycles(10, disable)
-    yield "power", up + cycles(5, torque) + bytes([3, 0]) + cycles(40, torque) + cycles(9, disable) \
-        + cycles(40, enable)
-    yield "error", up + bytes([3, 1, 11]) + cycles(30, torque)
-    yield "restart", up + bytes([4, 0]) + cycles(40, monitor) + cycles(9, enable)
-    yield "silence", up + bytes([0]) + torque + bytes([4, 1, 5, 0, 0, 0]) + cycles(40, torque)
-    yield "spoilt", up + bytes([2]) + torque + b"\x10\x01" + cycles(9, torque)
-    for number, (_, data, reply) in enumerate(vectors()):
-        if reply and len(data) == 8:
-            yield f"forged{number}", up + bytes([1, 7]) + data + cycles(20, torque)
+    for bench in range(BENCHES):
+        up = bytes([bench, 9, 0]) + cycles(100, monitor) * 5 + cycles(100, enable)
+        yield f"up{bench}", up
+        yield f"work{bench}", up + cycles(40, torque) + cycles(10, disable)
+        yield f"power{bench}", (up + cycles(5, torque) + bytes([3, 0]) + cycles(40, torque)
+                                + cycles(9, disable) + cycles(100, enable))
+        for code in (1, 10, 34):
+            yield f"error{bench}-{code}", up + bytes([3, 1, code]) + cycles(30, torque)
+        yield f"restart{bench}", up + bytes([4, 0]) + cycles(100, monitor) * 2 + cycles(99, enable)
+        yield f"silence{bench}", (up + bytes([0]) + torque + bytes([4, 1, 5, 0, 0, 0])
+                                  + cycles(100, torque))
+        yield f"spoilt{bench}", up + bytes([2]) + torque + b"\x10\x01" + b"\0" * 6 + cycles(9, torque)
+        for number in range(6):
+            forged = bytes([1, number, 0, 0, 0, 5, 3]) + bytes(range(number, number + 8))
+            yield f"forged{bench}-{number}", up + forged + cycles(20, torque)
 
 
 def simulated():
-    for number, (identifier, data, reply) in enumerate(vectors()):
-        if not reply and len(data) == 8:
-            kind = 15 if identifier > 0x300 else 3
-            to = identifier.to_bytes(2, "big") if kind == 15 else b""
-            enable = b"\0\3\xe8" + b"\7\3" + b"\xff" * 7 + b"\xfc" + b"\0"
-            yield f"command{number}", b"\0\0" + enable + b"\0\3\xe8\7" + bytes([kind]) + to + data
-    for register in range(0, 82, 9):
-        write = b"\0\3\xe8\7\0" + bytes([1, 1, register]) + b"\0\0\0\0" + b"\0"
-        yield f"register{register}", b"\0\0" + write + b"\0\3\xe8\0" + bytes([60, 200, 0] * 2)
+    talk = lambda count, mode, spoil: bytes([3, count - 1, mode, len(spoil)]) + spoil + b"\0"  # noqa: E731
+    for bench in range(BENCHES):
+        up = bytes([bench]) + talk(64, 0, b"") * 8 + talk(64, 1, b"")
+        yield f"up{bench}", up
+        yield f"shaft{bench}", up + bytes([0]) + bytes([60, 200, 0, 60, 100, 0, 0]) + talk(9, 1, b"")
+        yield f"power{bench}", up + bytes([2, 1, 0]) + talk(64, 1, b"")
+        yield f"spoilt{bench}", up + talk(1, 1, b"\0\1\2\3") + talk(5, 1, b"\xff" * 8)
+        for number in range(6):
+            show = bytes([7, 0, 3, 232, number, 0, 0, 0, 5, 3]) + bytes(range(9))
+            yield f"forged{bench}-{number}", up + show + talk(9, 1, b"")
 
 
 def candump():
@@ -83,8 +107,10 @@ def candump():
              "can0 123 [2] remote request"]
     for number, line in enumerate(lines):
         yield f"line{number}", line.encode()
-    for number, (identifier, data, _) in enumerate(vectors()[::12]):
-        yield f"vector{number}", f"can0 {identifier:03X}#{data.hex().upper()}".encode()
+    for number, (_, identifier, extended, fd, data) in enumerate(all_vectors()):
+        if number % 4 == 0:
+            text = f"can0 {identifier:0{8 if extended else 3}X}#{'#1' if fd else ''}"
+            yield f"vector{number}", f"{text}{data.hex().upper()}".encode()
 
 
 def states():

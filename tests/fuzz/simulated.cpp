@@ -1,30 +1,23 @@
-// Fuzz target: the drive side of every family: any frames, any registers, any shaft.
+// Fuzz target: the drive side of every family: genuine, spoilt and forged frames, any shaft.
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "drivers/bus/bit_timing.hpp"
 #include "drivers/families.hpp"
+#include "tests/drivers/family_benches.hpp"
+#include "tests/fuzz/family_frames.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace geodesic::fuzz {
 namespace {
 
+using control::DriveMode;
+using drivers::Drive;
 using drivers::DriveOptions;
 using drivers::Family;
 using drivers::Frame;
-
-DriveOptions options_of(const Family& family, bool fd) {
-  DriveOptions options;
-  options.family = family.name;
-  options.id = 0x05;
-  options.reply_id = 0x15;
-  options.fd = fd;
-  options.position_range_rad = 12.5;
-  options.velocity_range_rad_s = 30.0;
-  options.torque_range_nm = 10.0;
-  return options;
-}
+using drivers::SimulatedDrive;
 
 /// Physics moves shafts to places, not to infinity; how far is its affair.
 double finite(Input& input, double scale) {
@@ -32,70 +25,107 @@ double finite(Input& input, double scale) {
   return std::abs(value) <= 1e6 ? value : 0.0;
 }
 
-Frame frame_from(Input& input, const DriveOptions& options) {
-  constexpr std::array<std::uint32_t, 8> kTo{0x7FF, 0x7FF, 0x7FF, 0x05, 0x05, 0x105, 0x205, 0x305};
-  Frame frame;
-  const std::size_t kind = input.below(16);
-  frame.id = kind == 15 ? static_cast<std::uint32_t>(input.integer(2)) : kTo[kind % kTo.size()];
-  frame.fd = options.fd;
-  frame.extended = kind == 14;
-  frame.length = static_cast<std::uint8_t>(kind == 13 ? input.below(65) : 8);
-  // Register frames begin with the drive's number: spare the fuzzer that guess.
-  if (frame.id == 0x7FF && input.below(8) != 0) {
-    frame.data[0] = static_cast<std::uint8_t>(options.id);
-    frame.data[2] = std::array<std::uint8_t, 4>{0x33, 0x55, 0xAA, 0xCC}[input.below(4)];
-    frame.data[3] = input.byte();
-    const Bytes value = input.take(4);
-    std::copy(value.begin(), value.end(), frame.data.begin() + 4);
-    return frame;
+class Side {
+ public:
+  Side(const Family& family, const DriveOptions& options)
+      : family_(family),
+        options_(options),
+        host_(family.make_drive(options)),
+        drive_(family.make_simulated(options)),
+        commanded_by_(host_->command_ids()) {}
+
+  SimulatedDrive& drive() { return *drive_; }
+  void advance(std::int64_t ns) { now_ns_ += ns; }
+  Frame forge(Input& input) const { return forged(input, commanded_by_, options_.fd); }
+
+  /// What a host says in so many cycles, its last frame spoilt.
+  void talk(std::size_t cycles, DriveMode mode, Bytes spoil) {
+    for (std::size_t cycle = 0; cycle < cycles; ++cycle) {
+      advance(1'000'000);
+      std::array<Frame, Drive::kMaxFramesPerCycle> out;
+      const std::size_t count = host_->transmit({.mode = mode, .torque_nm = 1.0}, now_ns_, out);
+      for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t at = 0; at < spoil.size() && cycle + 1 == cycles; ++at) {
+          out[i].data[at] ^= spoil[at];
+        }
+        show(out[i]);
+      }
+      speak();
+    }
   }
-  const Bytes data = input.take(frame.length);
-  std::copy(data.begin(), data.end(), frame.data.begin());
-  return frame;
-}
+
+  void show(const Frame& frame) {
+    expect_words(family_.decode(frame, options_));
+    std::array<Frame, SimulatedDrive::kMaxReplies> reply;
+    answer(reply, drive_->receive(frame, now_ns_, reply));
+  }
+
+  void speak() {
+    std::array<Frame, SimulatedDrive::kMaxReplies> said;
+    answer(said, drive_->speak(now_ns_, said));
+  }
+
+  void check() {
+    const double torque_nm = drive_->torque_nm(now_ns_);
+    expect(std::isfinite(torque_nm), "physics gets a torque that is a number");
+    expect(drive_->enabled() || torque_nm == 0.0, "no torque from a drive that is not enabled");
+  }
+
+ private:
+  void answer(std::span<const Frame> said, std::size_t count) {
+    expect(count <= said.size(), "no more replies than there is room for");
+    for (const Frame& frame : said.first(count)) {
+      expect(frame.id <= (frame.extended ? 0x1FFFFFFFU : 0x7FFU) && !frame.error &&
+                 (!frame.fd || options_.fd) && drivers::is_can_length(frame.length, frame.fd),
+             "a reply is a frame that a bus can carry");
+      expect_words(family_.decode(frame, options_));
+      host_->receive({frame, now_ns_});
+    }
+  }
+
+  const Family& family_;
+  DriveOptions options_;
+  std::unique_ptr<Drive> host_;
+  std::unique_ptr<SimulatedDrive> drive_;
+  std::vector<drivers::IdFilter> commanded_by_;
+  std::int64_t now_ns_ = 1'000'000'000;
+};
 
 }  // namespace
 
 void simulated(Bytes bytes) {
+  static const std::vector<drivers::test::FamilyBench> benches = drivers::test::family_benches();
   Input input(bytes);
-  const Family& family = drivers::families()[input.below(drivers::families().size())];
-  const DriveOptions options = options_of(family, input.flag());
-  const auto drive = family.make_simulated(options);
-  std::int64_t now_ns = 0;
-  while (!input.empty()) {
-    now_ns += static_cast<std::int64_t>(input.integer(3));
-    std::array<Frame, 1> reply;
+  const drivers::test::FamilyBench& bench = benches[input.below(benches.size())];
+  Side side(bench.of(), bench.options);
+  for (int steps = 0; !input.empty() && steps < 256; ++steps) {
     switch (input.below(8)) {
       case 0:
-        drive->set_shaft(finite(input, 20.0), finite(input, 40.0));
+        side.drive().set_shaft(finite(input, 20.0), finite(input, 40.0));
         break;
       case 1:
-        drive->set_temperature(finite(input, 200.0));
+        side.drive().set_temperature(finite(input, 200.0));
         break;
       case 2:
-        input.flag() ? drive->power_cycle() : drive->inject_error(input.byte());
+        input.flag() ? side.drive().power_cycle() : side.drive().inject_error(input.byte());
         break;
-      default: {
-        const Frame frame = frame_from(input, options);
-        const std::size_t count = drive->receive(frame, now_ns, reply);
-        expect(count <= 1, "at most one reply to a frame");
-        expect(count == 0 || (reply[0].id <= 0x7FF && !reply[0].extended && !reply[0].error &&
-                              drivers::is_can_length(reply[0].length, reply[0].fd)),
-               "a reply is a frame that a bus can carry");
-        const auto words = family.decode(frame, options);
-        expect(!words || !words->kind.empty(), "what is understood has a name");
-        for (const auto& field : words ? words->fields : std::vector<drivers::DecodedField>{}) {
-          expect(!field.name.empty() && !field.value.empty() && is_printable(field.value) &&
-                     is_printable(field.unit),
-                 "every field has a name and a value that can be shown");
-        }
+      case 3: {
+        const std::size_t cycles = 1 + input.below(64);
+        const DriveMode mode = input.flag() ? DriveMode::kEnable : DriveMode::kMonitor;
+        side.talk(cycles, mode, input.take(input.below(9)));
         break;
       }
+      case 4:
+        side.advance(static_cast<std::int64_t>(input.integer(4)));
+        side.speak();
+        break;
+      default:
+        side.advance(static_cast<std::int64_t>(input.integer(3)));
+        side.show(side.forge(input));
+        break;
     }
-    const double torque_nm = drive->torque_nm(now_ns);
-    expect(std::isfinite(torque_nm), "physics gets a torque that is a number");
-    expect(drive->enabled() || torque_nm == 0.0, "no torque from a drive that is not enabled");
-    expect(family.error_name(input.byte()) != nullptr, "every error code has words");
+    side.check();
+    expect(bench.of().error_name(input.byte()) != nullptr, "every error code has words");
   }
 }
 

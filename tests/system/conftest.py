@@ -1,4 +1,5 @@
-"""The real daemon against the simulated arm, two processes on a bus (--bus vcan or unix)."""
+"""The real daemon against the simulated arm, two processes on a bus (--bus vcan, unix,
+or kvaser: two cards of the PREEMPT_RT machine, see ../lab)."""
 import json
 import pathlib
 import sys
@@ -12,7 +13,7 @@ from programs import Pair, may_be_realtime  # noqa: E402
 
 
 def pytest_addoption(parser):
-    parser.addoption("--bus", choices=["vcan", "unix"], default="unix")
+    parser.addoption("--bus", choices=["vcan", "unix", "kvaser"], default="unix")
     parser.addoption("--binaries", default=str(ROOT / "build" / "default" / "tools"))
 
 

@@ -50,7 +50,7 @@ class Candump:
         self.log = pathlib.Path(folder, "candump.log")
         with open(self.log, "w", encoding="ascii") as out:
             self.process = subprocess.Popen(  # pylint: disable=consider-using-with
-                ["candump", "-L", interface], stdout=out)
+                ["candump", "-D", "-L", interface], stdout=out)  # -D: stays when it goes down
 
     def close(self):
         time.sleep(0.1)

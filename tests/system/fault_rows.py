@@ -12,6 +12,10 @@ Keys of a row (those marked * may be a table by kind of bus):
   before, undo *   shell commands before the programs start, and after they have ended
   sim, daemon      arguments beyond those of the kind of time; stays: without --exit-on-fault
   output           where the daemon's log goes: a file, "pipe", "/dev/full"; "tmpfs": a small disk
+  families         "all": the row is played with every family of families.toml, whose texts stand for
+                   {error}, {error_says} and the like; those named: the others have a reason
+                   in not_families
+  moments          tables of what differs by the moment at which it goes wrong; a row for each
   drives_on        the bus of the simulated arm if it is another one than the daemon's
 Expected:
   fault *, of      name as in the policy table, or "none"; joint, list of joints, or "bus"
@@ -26,22 +30,25 @@ Expected where given:
   torque_ever      false: no drive ever made torque
   reached          positions that joints must have gone below while active, as the daemon saw it
   bus_errno, send_failed_at_least    of the daemon's bus
-  command_age      "checked": no command older than a cycle reached the drives; "held": at most
-                   one cycle's were, those under way when the bus was held, and made no torque
+  command_age      "checked": no command older than a cycle reached the drives; "held": none older
+                   than what may wait on a bus that stands still, before it is thrown away
 """
 import copy
+import itertools
 import pathlib
 import re
 import tomllib
 
+import families
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-KINDS = ["unix", "vcan", "vcan-echo"]
+KINDS = ["unix", "vcan", "vcan-echo", "kvaser"]
 EXPECTED = ["fault", "final_state"]
 WHERE_A_FAULT = ["class", "within_cycles"]
 KNOWN = set("""name what time robot options buses not_on needs script push inject before undo sim daemon
 stays output drives_on fault of class within_cycles final_state exit also log stderr losses
 missed_at_least watchdog_trips drives_gone torque_ever reached bus_errno send_failed_at_least
-command_age""".split())
+command_age family moment""".split())
 
 
 def merged(base, over):
@@ -57,7 +64,7 @@ def load(path=pathlib.Path(__file__).with_name("faults.toml")):
     with open(path, "rb") as file:
         table = tomllib.load(file)
     rows = []
-    for given in table["row"]:
+    for given in itertools.chain.from_iterable(played(row) for row in table["row"]):
         defaults = table[given.get("time", "simulated")]
         row = merged({k: v for k, v in defaults.items() if k not in ("sim", "daemon", "also")}, given)
         for key in ("sim", "daemon", "also"):
@@ -70,6 +77,49 @@ def load(path=pathlib.Path(__file__).with_name("faults.toml")):
     if len(set(names)) != len(names):
         raise ValueError(f"a name is used twice in {path}")
     return rows
+
+
+def filled(value, texts):
+    """`value` with the family's texts in place of {error} and the like."""
+    if isinstance(value, dict):
+        return {key: filled(of, texts) for key, of in value.items()}
+    if isinstance(value, list):
+        return [filled(of, texts) for of in value]
+    if isinstance(value, str):
+        for key, of in texts.items():
+            value = value.replace("{" + key + "}", of)
+    return value
+
+
+def played(row):
+    """The rows that a row of the file stands for: one for each family and moment."""
+    everybody = families.load()
+    named = row.get("families", [None])
+    reasons = row.get("not_families", {})
+    if named == "all":
+        named = [name for name in everybody if name not in reasons]
+    elif named != [None]:
+        silent = set(everybody) - set(named) - set(reasons)
+        if silent:
+            raise ValueError(f"{row['name']}: why not with {', '.join(sorted(silent))}?")
+    for name, moment in itertools.product(named, row.get("moments", {None: {}})):
+        one = {k: v for k, v in row.items() if k not in ("families", "not_families", "moments")}
+        if moment is not None:
+            one = merged(one, row["moments"][moment])
+            one["name"] += "." + moment
+            one["moment"] = moment
+        if name is not None:
+            family = everybody[name]
+            one = filled(one, {k: v for k, v in family.items() if isinstance(v, str)})
+            one["name"] += "." + name
+            one["family"] = name
+            if family["bus"]["fd"] and "kvaser" in one.get("buses", []):
+                one["buses"] = [kind for kind in one["buses"] if kind != "kvaser"]
+                one["not_on"] = {"kvaser": "the emulated card carries classic CAN only",
+                                 **one.get("not_on", {})}
+            if one["time"] == "real" and "real_rate_hz" in family:
+                one = merged(one, {"options": {"robot": {"rate_hz": family["real_rate_hz"]}}})
+        yield one
 
 
 def check(row, given):
@@ -132,6 +182,8 @@ def write_robot(row, folder):
     text = (source / "robot.toml").read_text(encoding="utf-8")
     urdf = re.search(r'^urdf *= *"([^"]+)"', text, flags=re.M).group(1)
     text = text.replace(f'"{urdf}"', '"robot.urdf"', 1)
+    if "family" in row:
+        text = families.driven_by(text, families.load()[row["family"]])
     (folder / "robot.urdf").write_bytes((source / urdf).read_bytes())
     for table, values in row["options"].items():
         if isinstance(values, list):  # new tables, at the end

@@ -10,7 +10,6 @@ import time
 
 import fault_checks
 import fault_rows
-import motion
 import pytest
 from fault_means import Candump, Means, OutOfShape, SocketBus
 from programs import Pair, Program, may_be_realtime
@@ -26,8 +25,8 @@ def own_machine():
 
 
 def kind_of_bus(config):
-    if config.getoption("--bus") == "unix":
-        return "unix"
+    if config.getoption("--bus") != "vcan":
+        return config.getoption("--bus")
     echo = pathlib.Path("/sys/module/vcan/parameters/echo")
     return "vcan-echo" if echo.exists() and echo.read_text().strip() in "Y1" else "vcan"
 
@@ -46,7 +45,7 @@ class Stand:
         self.row, self.kind, self.folder = row, kind, folder
         folder.mkdir(parents=True)
         self.robot = fault_rows.write_robot(row, folder)
-        self.pair = Pair(binaries, self.robot, "unix" if kind == "unix" else "vcan", folder)
+        self.pair = Pair(binaries, self.robot, kind.removesuffix("-echo"), folder)
         self.real = row["time"] == "real"
         self.disk = folder
         self.log_pipe = self.listener = self.sim = self.daemon = None
@@ -61,12 +60,10 @@ class Stand:
         script = fault_rows.of_kind(row.get("script", []), self.kind) or []
         arguments = [*row["sim"], *[a for text in script for a in ("--fault", text)],
                      *[a for text in row.get("push", []) for a in ("--push", text)]]
-        if row.get("command_age"):
-            arguments += ["--trace", self.folder / "motion.csv", "--trace-hz", "1000"]
         drives = self.pair
         if "drives_on" in row:
             drives = Pair(self.pair.binaries, self.robot, "vcan", self.folder)
-            drives.bus_arguments = ["--bus", row["drives_on"]]
+            drives.drives_on = ["--bus", row["drives_on"]]
         self.sim = drives.sim(*arguments)
         if row.get("command_age"):
             bus = self.pair.bus_arguments[1]
@@ -246,8 +243,7 @@ def judge(row, kind, stand, means):
     result = {}
     if row.get("command_age"):
         commands = [frame for frame in arrivals if frame[1] < 0x10 or frame[1] == 0x7FF]
-        oldest = fault_checks.command_age(row, trace, summary, commands, truth,
-                                          motion.read(stand.folder / "motion.csv"))
+        oldest = fault_checks.command_age(row, trace, summary, commands)
         result["oldest_command_ms"] = round(oldest * 1e-6, 1)
     if expected != "none":
         event_ns = round(min(entry["time"] for entry in named) * fault_checks.NS)

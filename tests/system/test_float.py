@@ -7,7 +7,7 @@ import pytest
 
 SECONDS = 20
 RELEASE_S = 1.5
-ROBOTS = ["planar2r", "openarm", "openarm-bimanual"]
+ROBOTS = ["planar2r", "quad12", "openarm", "openarm-bimanual"]
 
 
 def pose(binaries, robot, number):

@@ -32,7 +32,10 @@ TEST(Candump, CompactLines) {
   EXPECT_EQ(fd.frame.length, 12);
   EXPECT_FALSE(good("can0 001##0AA").frame.bit_rate_switch);
 
-  EXPECT_TRUE(good("(0.1) can0 123#R").remote);
+  EXPECT_TRUE(good("(0.1) can0 123#R").frame.remote);
+  EXPECT_EQ(good("(0.1) can0 123#R8").frame.length, 8);
+  EXPECT_TRUE(good("  can0  123   [4]  remote request").frame.remote);
+  EXPECT_EQ(good("  can0  123   [4]  remote request").frame.length, 4);
   EXPECT_TRUE(good("(0.1) can0 20000040#0000000000000000").frame.error);
   EXPECT_EQ(good("(0.1) can0 7FF#").frame.length, 0);
   EXPECT_EQ(good("(1.5) can0 001#11.22.33 R").frame.length, 3);

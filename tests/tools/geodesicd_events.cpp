@@ -40,13 +40,21 @@ class EventTextTest : public testing::Test {
 
 TEST_F(EventTextTest, ASilentJointHasItsBusAndItsLastFrame) {
   event_.frame_age_ns = 5'200'000;
+  event_.last_frame.id = 0x11;
+  event_.last_frame.length = 2;
+  event_.last_frame.data = {0xAB, 0x01};
+  robot_.arm.joints[0].drive.family = "damiao";
+  robot_.arm.joints[0].drive.id = 0x1F;
   const EventText text = of(control::Fault::kJointSilent, 0, -1, 5, 5);
   expect_contains(text.text,
-                  {"joint_silent at swing, bus arm (vcan0)", "found 5, limit 5", "cycles in a row",
-                   "last good frame 5.2 ms ago", "controlled stop", "t = 1.234 s"});
+                  {"joint_silent at swing, bus arm (vcan0), damiao id 0x1F", "found 5, limit 5",
+                   "cycles in a row", "last good frame 5.2 ms ago: 011#AB01", "controlled stop",
+                   "t = 1.234 s"});
   EXPECT_EQ(text.severity, Severity::kError);
   EXPECT_EQ(text.fields.at("joint"), "swing");
   EXPECT_EQ(text.fields.at("bus"), "vcan0");
+  EXPECT_EQ(text.fields.at("drive_id"), 0x1F);
+  EXPECT_EQ(text.fields.at("last_frame"), "011#AB01");
   EXPECT_EQ(text.fields.at("class"), "controlled_stop");
 }
 

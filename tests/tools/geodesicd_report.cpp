@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "tests/tools/geodesicd_fixture.hpp"
+#include "tools/geodesic/status_table.hpp"
 #include "tools/geodesicd/output_file.hpp"
 #include "tools/geodesicd/trace.hpp"
 
@@ -42,7 +43,8 @@ class ReportTest : public testing::Test {
   }
 
   RunView view() const {
-    return {words_, loop_, phases_, last_, counters_, faults_, "tried in vain", 7, 0, false, ""};
+    return {words_,          loop_, phases_, last_, counters_, faults_,
+            "tried in vain", 7,     0,       false, "",        health_};
   }
 
   config::Robot robot_ = small_robot();
@@ -52,7 +54,27 @@ class ReportTest : public testing::Test {
   Record last_;
   Counters counters_;
   FaultList faults_;
+  BusKeeper::Health health_;
 };
+
+TEST_F(ReportTest, ABusTellsHowItsControllerFeels) {
+  health_[0].device = "can3";
+  health_[0].state = drivers::ControllerState::kPassive;
+  health_[0].transmit_errors = 130;
+  health_[0].bus_offs = 2;
+  health_[0].reopened = 1;
+  const nlohmann::ordered_json bus = status_json(view()).at("buses").at(0);
+  EXPECT_EQ(bus.at("device"), "can3");
+  EXPECT_EQ(bus.at("controller"), "error-passive");
+  EXPECT_EQ(bus.at("transmit_errors"), 130);
+  EXPECT_EQ(bus.at("bus_offs"), 2);
+  const std::string table = status_table(status_json(view()));
+  EXPECT_NE(table.find("(vcan0 = can3): ok"), std::string::npos) << table;
+  EXPECT_NE(table.find("error-passive, error counters 130 sending, 0 receiving, 2 times bus-off, 1 "
+                       "times opened again"),
+            std::string::npos)
+      << table;
+}
 
 TEST_F(ReportTest, SummaryHasAllThatIsPromised) {
   const nlohmann::ordered_json summary = summary_json(view(), false);

@@ -33,8 +33,9 @@ class ServiceTest : public testing::Test {
     config::LoadResult loaded;
     loaded.robot = robot_;
     tuning_ = std::make_unique<Tuning>(CommandLine(), loaded, daemon_->setups(), log_);
+    keeper_ = std::make_unique<BusKeeper>(*arm_, robot_.arm.buses);
     service_ = std::make_unique<Service>(ServiceOptions(), words_, *daemon_, *loop_, socket_, log_,
-                                         *tuning_, nullptr);
+                                         *tuning_, *keeper_, nullptr);
   }
 
   bool ends_within_10_s() const {
@@ -56,6 +57,7 @@ class ServiceTest : public testing::Test {
   std::unique_ptr<control::Controller> controller_;
   std::unique_ptr<Daemon> daemon_;
   std::unique_ptr<Tuning> tuning_;
+  std::unique_ptr<BusKeeper> keeper_;
   std::unique_ptr<Service> service_;
 };
 

@@ -81,7 +81,7 @@ TEST_P(PhysicsAgainstControl, SameAccelerationInRandomStates) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Robots, PhysicsAgainstControl,
-                         testing::Values("planar2r", "openarm", "openarm-bimanual"),
+                         testing::Values("planar2r", "quad12", "openarm", "openarm-bimanual"),
                          [](const auto& chosen) {
                            std::string name = chosen.param;
                            std::replace(name.begin(), name.end(), '-', '_');

@@ -22,7 +22,7 @@ class PlantFaults : public testing::Test {
     fault.kind = kind;
     fault.value = value;
     fault.code = code;
-    fault.from_start = true;
+    fault.base = FaultBase::kStart;
     fault.at_s = 0.01;
     PlantOptions options;
     options.script.faults.push_back(fault);

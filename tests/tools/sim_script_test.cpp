@@ -37,9 +37,11 @@ TEST(SimScript, Faults) {
   const ScriptedFault error = parse_fault("joint1:error=0xB@start+0.5", robot());
   EXPECT_EQ(error.kind, FaultKind::kError);
   EXPECT_EQ(error.code, 0xB);
-  EXPECT_TRUE(error.from_start);
+  EXPECT_EQ(error.base, FaultBase::kStart);
   EXPECT_DOUBLE_EQ(error.at_s, 0.5);
-  EXPECT_TRUE(parse_fault("joint1:silent@start", robot()).from_start);
+  EXPECT_EQ(parse_fault("joint1:silent@start", robot()).base, FaultBase::kStart);
+  EXPECT_EQ(parse_fault("joint1:silent@enabled+0.1", robot()).base, FaultBase::kEnabled);
+  EXPECT_EQ(parse_fault("joint1:silent@1", robot()).base, FaultBase::kRelease);
   EXPECT_EQ(parse_fault("joint2:power-cycle@0", robot()).kind, FaultKind::kPowerCycle);
   EXPECT_DOUBLE_EQ(parse_fault("joint2:temperature=90@1", robot()).value, 90.0);
   EXPECT_DOUBLE_EQ(parse_fault("joint2:encoder-jump=-0.5@1", robot()).value, -0.5);

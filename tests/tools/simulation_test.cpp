@@ -195,7 +195,7 @@ TEST_F(Simulation, ASilentDriveIsNotWaitedFor) {
   settings.lockstep = true;
   ScriptedFault fault;
   fault.joint = 1;
-  fault.from_start = true;
+  fault.base = FaultBase::kStart;
   settings.plant.script.faults.push_back(fault);
   Running running(it, settings);
   drivers::ArmOptions options = it.arm;

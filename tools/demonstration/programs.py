@@ -94,7 +94,8 @@ class Status:
 
 
 class Pair:
-    """The simulated arm and the daemon for one robot file on one kind of bus."""
+    """The simulated arm and the daemon for one robot file on one kind of bus: unix, vcan, or kvaser
+    (two cards on one wire, the daemon on can0, the drives on can1)."""
 
     def __init__(self, binaries, robot, bus, folder=None):
         self.binaries = pathlib.Path(binaries)
@@ -103,14 +104,16 @@ class Pair:
         self.folder.mkdir(parents=True, exist_ok=True)
         self.bus_arguments = []
         for index in range(bus_count(self.robot)):
-            name = f"vcan{index}" if bus == "vcan" else f"unix:{self.folder}/bus{index}"
+            name = {"vcan": f"vcan{index}", "kvaser": "can0"}.get(
+                bus, f"unix:{self.folder}/bus{index}")
             self.bus_arguments += ["--bus", name]
+        self.drives_on = ["--bus", "can1"] if bus == "kvaser" else self.bus_arguments
         self.socket = self.folder / "daemon.sock"
         self.status = Status(self.socket)
         self.started = []
 
     def sim(self, *arguments):
-        program = Program([self.binaries / "geodesic", "sim", self.robot, *self.bus_arguments,
+        program = Program([self.binaries / "geodesic", "sim", self.robot, *self.drives_on,
                            "--summary", self.folder / "sim.json", *arguments],
                           self.folder / "sim.log")
         self.started.append(program)

@@ -68,14 +68,25 @@ bool check_length(const drivers::Frame& frame, std::string& why) {
   return false;
 }
 
-// 123#0011, 12345678#R, 123##1AABB
+// "", "0" to "8": how many bytes are asked for.
+bool remote(std::string_view length, CandumpLine& result, std::string& why) {
+  const std::optional<std::uint32_t> bytes = length.empty() ? 0U : hex(length.substr(0, 1));
+  if (!bytes || *bytes > CAN_MAX_DLEN) {
+    why = "'" + std::string(length) + "' is no length of a remote frame (0 to 8)";
+    return false;
+  }
+  result.frame.remote = true;
+  result.frame.length = static_cast<std::uint8_t>(*bytes);
+  return true;
+}
+
+// 123#0011, 12345678#R, 123#R8, 123##1AABB
 bool compact(std::string_view text, CandumpLine& result, std::string& why) {
   const std::size_t hash = text.find('#');
   if (!set_id(text.substr(0, hash), result.frame, why)) return false;
   std::string_view data = text.substr(hash + 1);
   if (data.starts_with('R')) {
-    result.remote = true;
-    return true;
+    return remote(data.substr(1), result, why);
   }
   if (data.starts_with('#')) {
     const std::optional<std::uint32_t> flags = hex(data.substr(1, 1));
@@ -114,8 +125,9 @@ bool spaced(const std::vector<std::string_view>& words, std::size_t first, Candu
     return false;
   }
   if (words.size() > first + 2 && words[first + 2] == "remote") {
-    result.remote = true;
-    return true;
+    result.frame.fd = false;
+    result.frame.bit_rate_switch = false;
+    return remote(length.substr(1, length.size() - 2), result, why);
   }
   if (words.size() < first + 2 + count) {
     why = "fewer bytes than " + std::string(length) + " says";

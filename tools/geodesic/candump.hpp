@@ -14,7 +14,6 @@ struct CandumpLine {
   std::string time;  ///< as written, without parentheses; empty: none
   std::string interface;
   drivers::Frame frame;
-  bool remote = false;  ///< a remote request, without data
 };
 
 /// @return nothing if the line is no frame; `why` then says what is wrong. Blank lines and comments

@@ -12,6 +12,7 @@
 #include "config/budget.hpp"
 #include "config/setup.hpp"
 #include "tools/geodesic/command.hpp"
+#include "tools/geodesic/timeline.hpp"
 #include "tools/geodesic/workload.hpp"
 
 namespace geodesic::tools {
@@ -22,11 +23,13 @@ using nlohmann::ordered_json;
 struct CheckArguments {
   RobotArguments robot;
   bool json = false;
+  std::string plot;
 };
 
 constexpr const char* kExamples =
     "  geodesic check config/robots/openarm/robot.toml\n"
-    "  geodesic check robot.toml --strict --json";
+    "  geodesic check robot.toml --strict --json\n"
+    "  geodesic check robot.toml --plot cycle.png";
 
 ordered_json figure(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
@@ -44,13 +47,14 @@ ordered_json report_json(const config::Robot& robot, const control::Mechanism& m
                      {"bit_rate", bus.bit_rate},
                      {"data_bit_rate", bus.fd ? ordered_json(bus.data_bit_rate) : nullptr},
                      {"drives", load.drives},
-                     {"frames", load.budget.frames},
-                     {"best_us", static_cast<double>(load.budget.best_ns) * 1e-3},
-                     {"worst_us", static_cast<double>(load.budget.worst_ns) * 1e-3},
-                     {"worst_load", load.budget.worst_load},
-                     {"usable", load.budget.usable},
-                     {"max_rate_hz", load.budget.max_rate_hz},
-                     {"arithmetic", load.arithmetic}});
+                     {"frames", load.budget().frames},
+                     {"best_us", static_cast<double>(load.budget().best_ns) * 1e-3},
+                     {"worst_us", static_cast<double>(load.budget().worst_ns) * 1e-3},
+                     {"worst_load", load.budget().worst_load},
+                     {"usable", load.budget().usable},
+                     {"max_rate_hz", load.budget().max_rate_hz},
+                     {"arithmetic", load.arithmetic},
+                     {"timeline", timeline_json(robot, i, load)}});
   }
   ordered_json joints = ordered_json::array();
   for (std::size_t i = 0; i < workload.joints.size(); ++i) {
@@ -79,7 +83,7 @@ void print_buses(const config::Robot& robot, const config::BudgetReport& budget)
              "frames", "best [us]", "worst [us]", "load", "at most");
   for (std::size_t i = 0; i < budget.buses.size(); ++i) {
     const drivers::BusOptions& bus = robot.arm.buses[i];
-    const drivers::BusBudget& load = budget.buses[i].budget;
+    const drivers::BusBudget& load = budget.buses[i].budget();
     const std::string rate = bus.fd ? fmt::format("{}/{} FD", bus.bit_rate, bus.data_bit_rate)
                                     : fmt::format("{}", bus.bit_rate);
     fmt::print("{:<14}{:<14}{:<18}{:>7}{:>12.1f}{:>12.1f}{:>7.0f}%{:>8.0f} Hz\n", bus.name,
@@ -175,6 +179,7 @@ int run_check(const CheckArguments& arguments) {
   const Workload workload = find_workload(robot, mechanism, tool);
   const config::BudgetReport budget = config::bus_budget(robot);
 
+  if (!arguments.plot.empty()) draw_timelines(robot, budget, arguments.plot);
   const std::vector<Workload> carried = payload_workloads(robot, tool);
   const bool enough = is_enough(workload) && (!robot.payload || is_enough(carried[*robot.payload]));
   const bool ok = enough || !arguments.robot.strict;
@@ -189,6 +194,7 @@ int run_check(const CheckArguments& arguments) {
                robot.arm.buses.size() == 1 ? "" : "es", 1e9 / static_cast<double>(robot.period_ns),
                result.messages.size(), result.messages.size() == 1 ? "" : "s");
     print_buses(robot, budget);
+    print_timelines(robot, budget);
     print_model(robot, mechanism, workload);
     print_payloads(robot, carried);
   }
@@ -205,11 +211,14 @@ int run_check(const CheckArguments& arguments) {
 void add_check(CLI::App& app, Run& run) {
   auto arguments = std::make_shared<CheckArguments>();
   CLI::App* command = app.add_subcommand(
-      "check", "Is the robot's file right? Bus budget, masses, reach, worst gravity torques");
+      "check",
+      "Is the robot's file right? A cycle on the wire, masses, reach, worst gravity torques");
   add_robot(*command, arguments->robot);
   command->add_flag("--strict", arguments->robot.strict,
                     "warnings of the model, and joints too weak to hold the arm, are errors");
   command->add_flag("--json", arguments->json, "the report as one JSON object");
+  command->add_option("--plot", arguments->plot,
+                      "draw a cycle on the wire there (PNG, SVG or PDF); needs python3-matplotlib");
   command->footer(footer(kExamples));
   command->callback([arguments, &run] { run = [arguments] { return run_check(*arguments); }; });
 }

@@ -12,7 +12,7 @@
 namespace geodesic::tools {
 
 struct FrameMeaning {
-  std::string joint;  ///< empty: nobody's
+  std::string joint;  ///< empty: nobody's; several, "a, b", if it says the same to each of them
   std::string kind;   ///< "unknown" where no drive knows it
   std::vector<drivers::DecodedField> fields;
 };

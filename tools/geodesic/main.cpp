@@ -23,6 +23,8 @@ constexpr const char* kExamples =
     "  geodesic status                           what the running daemon does\n"
     "  geodesic law hold                         hold the pose\n"
     "  geodesic tune robot.toml payload=box      change a running robot without a jolt\n"
+    "  geodesic scan can0                        which drives answer here?\n"
+    "  geodesic doctor robot.toml                what keeps this machine from real time?\n"
     "  geodesic COMMAND --help                   all about a command";
 
 // CLI11 answers a mistyped command with "a subcommand is required"; this names it.
@@ -55,7 +57,11 @@ int call(int argc, const char* const* argv) {
   add_derive(app, run);
   add_compile(app, run);
   add_shoot(app, run);
+  add_scan(app, run);
+  add_doctor(app, run);
   add_decode(app, run);
+  add_zero(app, run);
+  add_jog(app, run);
   add_status(app, run);
   add_law(app, run);
   add_stop(app, run);

@@ -1,68 +1,12 @@
-// The picture of `geodesic shoot`: hands the figures to matplotlib in a Python of its own.
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <array>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
+// The picture of `geodesic shoot`: its figures for matplotlib.
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "tools/geodesic/command.hpp"
+#include "tools/geodesic/picture.hpp"
 #include "tools/geodesic/shoot_output.hpp"
 #include "tools/geodesic/shoot_plot_script.hpp"  // made of shoot_plot.py
 
-extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX wants it declared
-
 namespace geodesic::tools {
-namespace {
-
-/// The distribution's own: the one that its matplotlib belongs to.
-constexpr const char* kPython = "/usr/bin/python3";
-
-/// A file in the temporary folder that is gone with its owner.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(const std::string& text)
-      : path_((std::filesystem::temp_directory_path() / "geodesic-shoot-XXXXXX").string()) {
-    const int file = mkstemp(path_.data());
-    if (file < 0) {
-      throw BadInput(fmt::format("{}: cannot be made: {}", path_, std::strerror(errno)));
-    }
-    ::close(file);
-    write_file(path_, text);
-  }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  const std::string& path() const noexcept { return path_; }
-
- private:
-  std::string path_;
-};
-
-/// Runs it and waits. @return exit status; 127 if it cannot be started
-int run(std::array<std::string, 5> words) {
-  std::array<char*, 6> argv{};
-  for (std::size_t i = 0; i < words.size(); ++i) argv[i] = words[i].data();
-  pid_t child = 0;
-  if (posix_spawn(&child, argv[0], nullptr, nullptr, argv.data(), environ) != 0) return 127;
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return 127;
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 126;
-}
-
-}  // namespace
 
 void draw(const control::Mechanism& mechanism, const nlohmann::ordered_json& answer,
           const std::string& file) {
@@ -75,16 +19,7 @@ void draw(const control::Mechanism& mechanism, const nlohmann::ordered_json& ans
                       {"turns", factor.kind != control::JointKind::kPrismatic}});
   }
   figures["joints"] = joints;
-  const TemporaryFile data(figures.dump());
-  const int status = run({kPython, "-c", kShootPlotScript, data.path(), file});
-  if (status == 0) return;
-  if (status == 127 || status == 3) {
-    throw BadInput(fmt::format(
-        "--plot {}: it needs {} with matplotlib; on Debian and Ubuntu: sudo apt install "
-        "python3-matplotlib. --csv FILE writes the figures without",
-        file, kPython));
-  }
-  throw BadInput(fmt::format("--plot {}: the picture could not be drawn (see above)", file));
+  draw_picture(kShootPlotScript, figures, file, "--csv FILE writes the figures without");
 }
 
 }  // namespace geodesic::tools

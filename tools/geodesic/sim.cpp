@@ -168,7 +168,7 @@ void add_sim(CLI::App& app, Run& run) {
   repeatable("--wrench", a.forces,
              "LINK:FX,FY,FZ@T+D: force [N, world axes] at a link's origin from T for D seconds");
   repeatable("--fault", a.faults,
-             "JOINT:KIND@T (after the release) or JOINT:KIND@start+T: silent[=SECONDS], "
+             "JOINT:KIND@T (after the release), @start+T or @enabled+T: silent[=SECONDS], "
              "error=CODE, power-cycle, temperature=C, encoder-jump[=RAD], encoder-stuck, "
              "double[=RAD] (a second drive with its ids), and on the joint's whole bus "
              "babble[=SECONDS] (a flood), hold-bus=SECONDS (socket bus, real time)");

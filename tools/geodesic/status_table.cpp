@@ -112,16 +112,39 @@ std::string missing(const json& status) {
   return result;
 }
 
+/// Said only of buses with a CAN controller, and of what happened to them.
+std::string controller(const json& bus) {
+  std::string result;
+  if (const std::string state = bus.value("controller", std::string()); !state.empty()) {
+    result = fmt::format(", {}, error counters {} sending, {} receiving", state,
+                         number(bus, "transmit_errors", "{:.0f}"),
+                         number(bus, "receive_errors", "{:.0f}"));
+  }
+  const auto happened = [&](const char* key, const char* what) {
+    if (bus.value(key, 0.0) >= 1.0) {
+      result += fmt::format(", {} {}", number(bus, key, "{:.0f}"), what);
+    }
+  };
+  happened("bus_offs", "times bus-off");
+  happened("purged", "times emptied");
+  happened("reopened", "times opened again");
+  happened("foreign_frames_hz", "foreign frames a second");
+  return result;
+}
+
 std::string buses(const json& status) {
   std::string result;
   const auto found = status.find("buses");
   if (found == status.end()) return result;
   for (const json& bus : *found) {
+    std::string place = text(bus, "interface");
+    const std::string device = bus.value("device", std::string());
+    if (!device.empty() && device != place) place += " = " + device;
     result +=
-        fmt::format("bus {} ({}): {}, {} sent, {} received, {} skipped, {} error frames\n",
-                    text(bus, "name"), text(bus, "interface"), text(bus, "state"),
-                    number(bus, "sent", "{:.0f}"), number(bus, "received", "{:.0f}"),
-                    number(bus, "send_skipped", "{:.0f}"), number(bus, "error_frames", "{:.0f}"));
+        fmt::format("bus {} ({}): {}, {} sent, {} received, {} skipped, {} error frames{}\n",
+                    text(bus, "name"), place, text(bus, "state"), number(bus, "sent", "{:.0f}"),
+                    number(bus, "received", "{:.0f}"), number(bus, "send_skipped", "{:.0f}"),
+                    number(bus, "error_frames", "{:.0f}"), controller(bus));
   }
   return result;
 }

@@ -33,9 +33,6 @@ class Daemon final : public rt::Cyclic {
   /// @return false if the last ones have not been taken yet.
   bool request(const control::Request& request) noexcept { return requests_.push(request); }
 
-  /// As Arm::tend(). Service thread only.
-  void tend() noexcept { arm_.tend(); }
-
   /// The way by which new setups come in. Service thread only, but for what it says itself.
   SetupExchange& setups() noexcept { return setups_; }
 

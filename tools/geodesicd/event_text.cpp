@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "control/arms.hpp"
+#include "drivers/bus/frame_text.hpp"
 #include "drivers/families.hpp"
 #include "rt/seal.hpp"
 
@@ -115,17 +116,19 @@ const char* consequence(control::Action action) {
 std::string where(const control::FaultEvent& fault, const Vocabulary& words) {
   if (fault.joint >= 0) {
     const auto joint = static_cast<std::size_t>(fault.joint);
-    return fmt::format("{}, bus {}", words.joint(joint),
-                       words.bus(words.robot->arm.joints.at(joint).bus));
+    const drivers::JointOptions& options = words.robot->arm.joints.at(joint);
+    return fmt::format("{}, bus {}, {} id 0x{:X}", words.joint(joint), words.bus(options.bus),
+                       options.drive.family, options.drive.id);
   }
   return fault.bus >= 0 ? "bus " + words.bus(static_cast<std::size_t>(fault.bus)) : std::string();
 }
 
-std::string age_text(std::int64_t age_ns) {
+std::string age_text(std::int64_t age_ns, const drivers::Frame& frame) {
   if (age_ns < 0) {
     return "no frame from it yet";
   }
-  return fmt::format("last good frame {:.1f} ms ago", static_cast<double>(age_ns) * 1e-6);
+  return fmt::format("last good frame {:.1f} ms ago: {}", static_cast<double>(age_ns) * 1e-6,
+                     drivers::candump_text(frame));
 }
 
 /// What a difference of torque at arm-up looks like, and what to do about it.
@@ -202,8 +205,10 @@ EventText describe_fault(const Event& event, const Vocabulary& words, double mom
       result.text += "; " + complaint;
       result.fields["complaint"] = complaint;
     }
-    result.text += "; " + age_text(event.frame_age_ns);
+    result.fields["drive_id"] = words.robot->arm.joints.at(joint).drive.id;
+    result.text += "; " + age_text(event.frame_age_ns, event.last_frame);
     if (event.frame_age_ns >= 0) {
+      result.fields["last_frame"] = drivers::candump_text(event.last_frame);
       result.fields["last_frame_age_ms"] = static_cast<double>(event.frame_age_ns) * 1e-6;
     }
   }

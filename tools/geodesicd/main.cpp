@@ -22,6 +22,7 @@
 #include "rt/clock.hpp"
 #include "rt/cyclic_thread.hpp"
 #include "tools/compile/agreement.hpp"
+#include "tools/geodesicd/bus_keeper.hpp"
 #include "tools/geodesicd/control_socket.hpp"
 #include "tools/geodesicd/daemon.hpp"
 #include "tools/geodesicd/options.hpp"
@@ -160,7 +161,7 @@ ExitCode finish(const CommandLine& line, const RunView& run, bool forced, Log& l
 }
 
 void greet(const config::Robot& robot, const rt::CyclicThread& loop, const ControlServer& socket,
-           Log& log) {
+           const BusKeeper& keeper, Log& log) {
   std::string buses;
   for (const drivers::BusOptions& bus : robot.arm.buses) {
     buses += " " + bus.interface;
@@ -187,7 +188,11 @@ void greet(const config::Robot& robot, const rt::CyclicThread& loop, const Contr
         "started as root: every capability has been given up, but root's files are still its own; "
         "a user of its own is safer (tools/geodesicd/UNIT.md)");
   }
-  if (const std::string left = rt::capabilities_left(); !left.empty()) {
+  const int administers = keeper.privileged_thread();
+  if (administers != 0) {
+    log.info("the thread that looks after the buses keeps CAP_NET_ADMIN, and no other does");
+  }
+  if (const std::string left = rt::capabilities_left(administers); !left.empty()) {
     log.warning("capabilities are left in thread " + left);
   }
 }
@@ -206,7 +211,7 @@ ExitCode run(const CommandLine& line, const config::LoadResult& loaded, Log& log
   }
   const control::CompiledModel* functions = compiled ? compiled->functions_for(mechanism) : nullptr;
   drivers::Arm arm(robot.arm);
-  arm.tend();
+  BusKeeper keeper(arm, robot.arm.buses);
   control::Controller controller(std::move(mechanism), robot.controller, functions);
   ControlServer socket(line.socket.empty() ? control_path(robot.name, PathEnvironment::current())
                                            : line.socket);
@@ -226,12 +231,12 @@ ExitCode run(const CommandLine& line, const config::LoadResult& loaded, Log& log
   rt::CyclicThread loop(thread_options(line, robot, arm));
   Tuning tuning(line, loaded, daemon->setups(), log, compiled ? &*compiled : nullptr);
   Service service({line.allow_zero_law, line.simulated_time}, words, *daemon, loop, socket, log,
-                  tuning, trace.get());
+                  tuning, keeper, trace.get());
   if (const auto refusal = loop.start(*daemon)) {
     throw std::runtime_error("the real-time thread was refused\n" + rt::to_string(*refusal));
   }
   rt::drop_thread_capabilities();  // the loop's thread has done so, the service thread inherits it
-  service.start([&] { greet(robot, loop, socket, log); });
+  service.start([&] { greet(robot, loop, socket, keeper, log); });
   const bool ended = wait_for_end(signals, loop, service, tuning, daemon->lifetime());
   if (!service.stop()) {
     leave_hanging(line, service);
@@ -247,7 +252,7 @@ ExitCode run(const CommandLine& line, const config::LoadResult& loaded, Log& log
 }
 
 ExitCode main_program(const CommandLine& line) {
-  rt::keep_realtime_capabilities();
+  rt::keep_realtime_capabilities(true);
   const int signals = signal_descriptor();
   config::LoadResult loaded = config::load_robot(line.robot, {line.strict, line.buses, {}, {}});
   for (const config::Message& message : loaded.messages) {

@@ -5,6 +5,7 @@
 
 #include "config/setup.hpp"
 #include "control/arms.hpp"
+#include "drivers/bus/unix_address.hpp"
 #include "tools/compile/fingerprint.hpp"
 
 namespace geodesic::tools {
@@ -28,6 +29,23 @@ ordered_json counters_json(const drivers::BusCounters& counters) {
           {"last_errno", counters.last_errno}};
 }
 
+/// What the kernel tells of the controller, and what was done for its bus.
+ordered_json health_json(const drivers::LinkHealth& health) {
+  return {{"device", health.device},
+          {"controller", drivers::to_string(health.state)},
+          {"transmit_errors", health.transmit_errors},
+          {"receive_errors", health.receive_errors},
+          {"bus_errors", health.bus_errors},
+          {"error_warnings", health.warnings},
+          {"error_passives", health.passives},
+          {"bus_offs", health.bus_offs},
+          {"arbitration_lost", health.arbitration_lost},
+          {"restarts", health.restarts},
+          {"purged", health.purged},
+          {"reopened", health.reopened},
+          {"foreign_frames_hz", health.foreign_frames_hz}};
+}
+
 ordered_json buses_json(const RunView& run) {
   ordered_json buses = ordered_json::array();
   for (std::size_t i = 0; i < run.words.robot->arm.buses.size(); ++i) {
@@ -36,6 +54,9 @@ ordered_json buses_json(const RunView& run) {
                      {"interface", options.interface},
                      {"state", describe(run.counters.bus[i].state)}};
     bus.update(counters_json(run.counters.bus[i].frames));
+    if (!drivers::is_socket_bus(options.interface)) {
+      bus.update(health_json(run.bus_health[i]));
+    }
     buses.push_back(std::move(bus));
   }
   return buses;

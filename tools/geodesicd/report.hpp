@@ -7,6 +7,7 @@
 #include <string>
 
 #include "rt/cyclic_thread.hpp"
+#include "tools/geodesicd/bus_keeper.hpp"
 #include "tools/geodesicd/event_text.hpp"
 #include "tools/geodesicd/phases.hpp"
 #include "tools/geodesicd/telemetry.hpp"
@@ -36,6 +37,7 @@ struct RunView {
   std::uint64_t events_dropped = 0;
   bool simulated_time = false;
   std::string not_sealed_reason;
+  BusKeeper::Health bus_health{};
 };
 
 /// One answer to {"cmd":"status"}, "ok" among it.

@@ -25,7 +25,7 @@ constexpr milliseconds kEndsWithin{3000};
 
 Service::Service(const ServiceOptions& options, const Vocabulary& words, Daemon& daemon,
                  rt::CyclicThread& loop, ControlServer& socket, Log& log, Tuning& tuning,
-                 Trace* trace)
+                 BusKeeper& keeper, Trace* trace)
     : options_(options),
       words_(words),
       daemon_(daemon),
@@ -33,6 +33,7 @@ Service::Service(const ServiceOptions& options, const Vocabulary& words, Daemon&
       socket_(socket),
       log_(log),
       tuning_(tuning),
+      keeper_(keeper),
       trace_(trace),
       standstill_(options.simulated_time ? kSimulatedStandstill : kStandstill) {
   actions_.status = [this] {
@@ -70,6 +71,7 @@ bool Service::stop() {
   thread_.join();
   try {
     drain();
+    tell_buses();
     tell_signals();
     trace_problem(trace_ != nullptr ? trace_->flush() : std::nullopt);
   } catch (const std::exception& problem) {
@@ -90,7 +92,8 @@ RunView Service::view() const {
           telemetry.records_dropped(),
           telemetry.events_dropped(),
           options_.simulated_time,
-          loop_.not_sealed_reason()};
+          loop_.not_sealed_reason(),
+          keeper_.health()};
 }
 
 void Service::run(const std::function<void()>& greeting) noexcept {
@@ -116,8 +119,8 @@ void Service::serve() {
   manager_.ready("running");
   while (!stop_.load(std::memory_order_relaxed)) {
     socket_.serve(kRound, answer);
-    daemon_.tend();
     drain();
+    tell_buses();
     tell_signals();
     const Clock::time_point now = Clock::now();
     tuning_.round(now, last_, static_cast<double>(last_.tick_ns - start_ns_) * 1e-9);
@@ -187,6 +190,12 @@ void Service::tell_drops() {
         "trace (the arm is not affected; the summary counts them all)",
         drops));
     drops_told_ = drops;
+  }
+}
+
+void Service::tell_buses() {
+  for (const drivers::BusNews& news : keeper_.take_news()) {
+    log_.write(news.warning ? Severity::kWarning : Severity::kInfo, news.text, {{"event", "bus"}});
   }
 }
 

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "rt/cyclic_thread.hpp"
+#include "tools/geodesicd/bus_keeper.hpp"
 #include "tools/geodesicd/control_socket.hpp"
 #include "tools/geodesicd/daemon.hpp"
 #include "tools/geodesicd/event_text.hpp"
@@ -34,7 +35,8 @@ class Service {
  public:
   /// All of them outlive the service. `trace` may be null.
   Service(const ServiceOptions& options, const Vocabulary& words, Daemon& daemon,
-          rt::CyclicThread& loop, ControlServer& socket, Log& log, Tuning& tuning, Trace* trace);
+          rt::CyclicThread& loop, ControlServer& socket, Log& log, Tuning& tuning,
+          BusKeeper& keeper, Trace* trace);
   /// As stop().
   ~Service();
   Service(const Service&) = delete;
@@ -66,6 +68,7 @@ class Service {
   void tell_signals();
   void watch(std::chrono::milliseconds elapsed);
   void tell_drops();
+  void tell_buses();
   void trace_problem(const std::optional<std::string>& problem);
 
   ServiceOptions options_;
@@ -75,6 +78,7 @@ class Service {
   ControlServer& socket_;
   Log& log_;
   Tuning& tuning_;
+  BusKeeper& keeper_;
   Trace* trace_;
   RequestActions actions_;
   Standstill standstill_;

@@ -102,6 +102,7 @@ void Telemetry::push_events(const control::ArmState& state,
       const auto joint = static_cast<std::size_t>(event.fault.joint);
       event.drive_error = state.joint[joint].drive_error;
       event.frame_age_ns = frame_age_ns(state.joint[joint], state.tick_ns);
+      event.last_frame = arm_.last_good_frame(joint);
       event.complaint = arm_.complaint(joint);
     }
     events_.push(event);

@@ -56,6 +56,7 @@ struct Event {
   control::FaultEvent fault;          ///< kFault
   std::uint8_t drive_error = 0;       ///< kFault of a joint: what its drive last said
   std::int64_t frame_age_ns = -1;     ///< kFault of a joint: of its last good frame; -1: none
+  drivers::Frame last_frame;          ///< kFault of a joint: that frame
   drivers::DriveComplaint complaint;  ///< kFault of a joint
   control::SupervisorState from = control::SupervisorState::kOff;  ///< kState, kArmState
   control::SupervisorState to = control::SupervisorState::kOff;    ///< kState, kArmState

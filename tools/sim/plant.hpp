@@ -135,6 +135,7 @@ class Plant {
   void turn_shafts(double ahead_s);
   void turn_shafts_at(std::int64_t now_ns);
   void act_out_faults();
+  std::optional<std::int64_t> begin_of(FaultBase base) const;
   void act_out(const ScriptedFault& fault);
   static void set_shaft(drivers::SimulatedDrive& drive, const drivers::JointOptions& joint,
                         double position, double velocity);

@@ -19,13 +19,25 @@ std::int64_t end_ns(std::int64_t begin_ns, double duration_s) {
 
 }  // namespace
 
+std::optional<std::int64_t> Plant::begin_of(FaultBase base) const {
+  switch (base) {
+    case FaultBase::kStart:
+      return options_.start_ns;
+    case FaultBase::kEnabled:
+      return report_.enabled_s ? std::optional(options_.start_ns + to_ns(*report_.enabled_s))
+                               : std::nullopt;
+    case FaultBase::kRelease:
+      break;
+  }
+  return released() ? std::optional(release_ns_) : std::nullopt;
+}
+
 void Plant::act_out_faults() {
   for (std::size_t i = 0; i < fault_done_.size(); ++i) {
     if (fault_done_[i]) continue;
     const ScriptedFault& fault = options_.script.faults[i];
-    if (!fault.from_start && !released()) continue;
-    const std::int64_t from = fault.from_start ? options_.start_ns : release_ns_;
-    if (now_ns_ < from + to_ns(fault.at_s)) continue;
+    const std::optional<std::int64_t> from = begin_of(fault.base);
+    if (!from || now_ns_ < *from + to_ns(fault.at_s)) continue;
     fault_done_[i] = true;
     act_out(fault);
     report_.injections.push_back({fault.joint, fault.kind, elapsed_s(), now_ns_});

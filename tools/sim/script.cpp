@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 namespace geodesic::tools {
 namespace {
@@ -158,19 +159,23 @@ const char* to_string(FaultKind kind) noexcept {
 
 ScriptedFault parse_fault(std::string_view text, const config::Robot& robot) {
   constexpr std::string_view kExpected =
-      "JOINT:KIND@T or JOINT:KIND@start+T with KIND silent[=SECONDS], error=CODE, power-cycle, "
+      "JOINT:KIND@T, JOINT:KIND@start+T or JOINT:KIND@enabled+T with KIND silent[=SECONDS], "
+      "error=CODE, power-cycle, "
       "temperature=CELSIUS, encoder-jump[=RAD], encoder-stuck, double[=RAD], babble[=SECONDS] or "
       "hold-bus=SECONDS, for example joint2:error=0xB@3";
-  constexpr std::string_view kStart = "start";
+  constexpr std::array<std::pair<std::string_view, FaultBase>, 2> kBases{
+      {{"start", FaultBase::kStart}, {"enabled", FaultBase::kEnabled}}};
   const Parts parts = cut(text, kExpected);
   ScriptedFault fault;
   fault.joint = find_joint(parts.who, text, robot);
   std::string_view when = parts.when;
-  if (when.starts_with(kStart)) {
-    fault.from_start = true;
-    when.remove_prefix(kStart.size());
+  for (const auto& [word, base] : kBases) {
+    if (!when.starts_with(word)) continue;
+    fault.base = base;
+    when.remove_prefix(word.size());
   }
-  if (!when.empty() || !fault.from_start) fault.at_s = number(when, text, "time", kExpected);
+  if (!when.empty() || fault.base == FaultBase::kRelease)
+    fault.at_s = number(when, text, "time", kExpected);
   if (fault.at_s < 0.0) refuse(text, "it begins before its time", kExpected);
 
   const std::size_t equals = parts.what.find('=');

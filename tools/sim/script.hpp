@@ -42,12 +42,19 @@ enum class FaultKind : std::uint8_t {
 /// As the command line spells it.
 const char* to_string(FaultKind kind) noexcept;
 
+/// What a fault's time counts from.
+enum class FaultBase : std::uint8_t {
+  kRelease,  ///< the stand lets the arm go
+  kStart,    ///< of the simulation
+  kEnabled,  ///< all drives are enabled for the first time
+};
+
 struct ScriptedFault {
   std::size_t joint = 0;
   FaultKind kind = FaultKind::kSilent;
   std::uint8_t code = 0;
   double value = 0.0;
-  bool from_start = false;  ///< at_s counts from the simulation's start, not from the release
+  FaultBase base = FaultBase::kRelease;
   double at_s = 0.0;
 };
 
@@ -64,8 +71,9 @@ Push parse_push(std::string_view text, const config::Robot& robot);
 /// "LINK:FX,FY,FZ@T+D". @throws as above.
 LinkForce parse_force(std::string_view text, const config::Robot& robot);
 
-/// "JOINT:KIND@T" or "JOINT:KIND@start+T" with KIND one of silent[=S], error=CODE, power-cycle,
-/// temperature=C, encoder-jump[=RAD], encoder-stuck, double[=RAD], babble[=S], hold-bus=S.
+/// "JOINT:KIND@T", "JOINT:KIND@start+T" or "JOINT:KIND@enabled+T" with KIND one of silent[=S],
+/// error=CODE, power-cycle, temperature=C, encoder-jump[=RAD], encoder-stuck, double[=RAD],
+/// babble[=S], hold-bus=S.
 /// @throws as above.
 ScriptedFault parse_fault(std::string_view text, const config::Robot& robot);
 

@@ -232,11 +232,21 @@ TEST(CanFrame, SurvivesTheKernelsForm) {
     ASSERT_TRUE(decode_can_frame(raw, bytes, back));
     EXPECT_EQ(back, frame);
   }
-  canfd_frame remote{};
-  remote.can_id = CAN_RTR_FLAG | 5U;
-  Frame ignored;
-  EXPECT_FALSE(decode_can_frame(remote, CAN_MTU, ignored));
-  EXPECT_FALSE(decode_can_frame(remote, 3, ignored));
+  canfd_frame raw{};
+  raw.can_id = CAN_RTR_FLAG | 5U;
+  raw.len = 8;
+  Frame remote;
+  ASSERT_TRUE(decode_can_frame(raw, CAN_MTU, remote));
+  EXPECT_TRUE(remote.remote);
+  EXPECT_EQ(remote.id, 5U);
+  EXPECT_EQ(remote.length, 8);
+  canfd_frame again{};
+  remote.data[0] = 9;  // carries none
+  EXPECT_EQ(encode_can_frame(remote, again), CAN_MTU);
+  EXPECT_EQ(again.can_id, raw.can_id);
+  EXPECT_EQ(again.len, 8);
+  EXPECT_EQ(again.data[0], 0);
+  EXPECT_FALSE(decode_can_frame(raw, 3, remote));
 }
 
 TEST(StampClock, AgeIsTakenFromTheWallClock) {
@@ -267,6 +277,48 @@ TEST(Arbitration, LowerIdentifiersWinAndStandardOnesBeforeExtendedOfTheSameBase)
   EXPECT_LT(arbitration_key(make_frame(0x100)), arbitration_key(extended));
   EXPECT_LT(arbitration_key(extended), arbitration_key(later));
   EXPECT_LT(arbitration_key(later), arbitration_key(make_frame(0x101)));
+  Frame remote = make_frame(0x100);
+  remote.remote = true;
+  EXPECT_LT(arbitration_key(make_frame(0x100)), arbitration_key(remote));
+  EXPECT_LT(arbitration_key(remote), arbitration_key(extended));
+  Frame remote_extended = extended;
+  remote_extended.remote = true;
+  EXPECT_LT(arbitration_key(extended), arbitration_key(remote_extended));
+  EXPECT_LT(arbitration_key(remote_extended), arbitration_key(later));
+}
+
+TEST(Traffic, ARemoteFrameIsNoAnswer) {
+  Frame remote = make_frame(0x11);
+  remote.remote = true;
+  remote.length = 8;
+  Traffic host(commander(), 16);
+  host.arrived(remote, 10);
+  EXPECT_EQ(host.counters().received, 0U);
+  BusOptions drive;  // a simulated one
+  drive.receive = ids(0x11, 1);
+  Traffic asked(drive, 16);
+  asked.arrived(remote, 10);
+  EXPECT_EQ(asked.counters().received, 1U);
+}
+
+TEST(Traffic, APurgeForgetsWhatWasUnderWayAndTheControllersTroubles) {
+  Traffic traffic(commander(), 16);
+  traffic.handed_over(4, 4, 4, 100);
+  traffic.arrived(error_frame(CAN_ERR_BUSOFF), 150);
+  traffic.purged();
+  EXPECT_EQ(traffic.in_flight(), 0U);
+  EXPECT_FALSE(traffic.state().bus_off);
+}
+
+TEST(Traffic, PatienceGrowsWithTheBitsUnderWay) {
+  BusOptions slow = commander();
+  slow.bit_rate = 10'000;
+  Traffic traffic(slow, 16);
+  traffic.handed_over(4, 4, 4, 100);
+  EXPECT_GT(traffic.patience_ns(), 4 * 15'000'000);  // 4 frames take over 40 ms
+  Traffic fast(commander(), 16);
+  fast.handed_over(4, 4, 4, 100);
+  EXPECT_LT(fast.patience_ns(), 17'000'000);
 }
 
 TEST(SocketBusWire, CarriesABatchWhole) {

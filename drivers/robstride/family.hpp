@@ -1,0 +1,20 @@
+// The RobStride family's line in the table of families, and its frames in words for people.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/families.hpp"
+
+namespace geodesic::drivers::robstride {
+
+/// Contracts as the members of drivers::Family. Not real-time.
+std::optional<DecodedFrame> decode(const Frame& frame, const DriveOptions& options);
+std::vector<std::string> check(const DriveOptions& options);
+const char* error_name(std::uint8_t code);
+
+/// This family's line.
+Family family();
+
+}  // namespace geodesic::drivers::robstride

@@ -1,0 +1,14 @@
+// Holds rows of golden vectors against the RobStride codec, both ways.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/drivers/vectors/row.hpp"
+
+namespace geodesic::drivers::test {
+
+/// Contract as VectorChecker::check.
+std::vector<std::string> check_robstride_row(const Row& row);
+
+}  // namespace geodesic::drivers::test
