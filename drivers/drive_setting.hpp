@@ -13,8 +13,8 @@ namespace geodesic::drivers {
 
 /// One line of a family's table; its place in the table is its index in DriveSettings.
 struct DriveSetting {
-  std::string_view key;   ///< in [joint.drive], with its unit: "torque_constant_nm_a"
-  std::string_view doc;   ///< one line
+  std::string_view key;        ///< in [joint.drive], with its unit: "torque_constant_nm_a"
+  std::string_view doc;        ///< one line
   std::string_view unit = {};  ///< empty: none
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();

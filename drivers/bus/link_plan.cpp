@@ -9,7 +9,6 @@
 namespace geodesic::drivers {
 namespace {
 
-constexpr int kClassicMtu = 16;
 constexpr int kFdMtu = 72;
 // Dividers of a clock do not meet every rate; beyond this, two crystals might not understand each
 // other. (ISO 11898-1: 0.5 % at 1 Mbit/s and usual segments.)

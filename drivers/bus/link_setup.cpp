@@ -43,7 +43,7 @@ CanLink read_link(LinkPort& port, const BusOptions& options, const std::string& 
 }
 
 std::string list(const std::vector<std::string>& differences, const std::string& device) {
-  const std::string down = fmt::format("interface {} is down", device);
+  std::string down = fmt::format("interface {} is down", device);
   if (differences == std::vector<std::string>{down}) {
     return down;
   }
@@ -73,7 +73,7 @@ NetlinkVerdict carry_out(LinkPort& port, const CanLink& link, const LinkPlan& pl
   if (plan.down_first) {
     LinkChange down;
     down.up = false;
-    if (const NetlinkVerdict verdict = port.change(link.index, down); verdict.error != 0) {
+    if (NetlinkVerdict verdict = port.change(link.index, down); verdict.error != 0) {
       return verdict;
     }
   }
@@ -82,7 +82,7 @@ NetlinkVerdict carry_out(LinkPort& port, const CanLink& link, const LinkPlan& pl
   setting.up.reset();
   const bool sets = setting.touches_controller() || setting.mtu || setting.queue;
   if (sets) {
-    if (const NetlinkVerdict verdict = port.change(link.index, setting); verdict.error != 0) {
+    if (NetlinkVerdict verdict = port.change(link.index, setting); verdict.error != 0) {
       return verdict;
     }
   }

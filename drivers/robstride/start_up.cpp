@@ -112,7 +112,8 @@ std::size_t StartUp::request(std::span<Frame> out) noexcept {
   switch (step_) {
     case Step::kSilence:
       out[0] = encode_reports(link_, false);
-      return 1;
+      out[1] = encode_stop(link_, false);
+      return 2;
     case Step::kVersion:
       out[0] = encode_version_query(link_);
       return 1;
@@ -162,13 +163,13 @@ std::size_t StartUp::transmit(std::int64_t now_ns, std::span<Frame> out) noexcep
     version_asked_ = true;
   }
   if (step_ == Step::kSilence) {
-    enter(Step::kStop);
+    step_ = Step::kStop;  // the stop that left with it is awaited
   }
   return count;
 }
 
 std::size_t StartUp::answers_due(std::size_t frames) const noexcept {
-  return silent_ ? 0 : frames;
+  return silent_ && frames > 0 ? frames - 1 : frames;
 }
 
 double StartUp::value_of(const Wanted& wanted, std::uint32_t raw) noexcept {

@@ -58,7 +58,7 @@ class StartUp {
 
  private:
   enum class Step : std::uint8_t {
-    kSilence,     ///< no reports by the drive's own timer
+    kSilence,     ///< no reports by the drive's own timer; goes with a first stop
     kStop,        ///< whoever left it running
     kVersion,     ///< ask for the firmware's version
     kCompare,     ///< the position as feedback and as a parameter
@@ -109,7 +109,7 @@ class StartUp {
   bool seen_ = false;  ///< kCompare: feedback_ came in answer to the request
   bool ranges_verified_ = false;
   bool held_by_error_ = false;
-  bool silent_ = false;  ///< what was last sent has no answer
+  bool silent_ = false;  ///< one of what was last sent has no answer
   int tries_ = 0;
   int writes_ = 0;
   int looks_ = 0;

@@ -21,6 +21,7 @@ HELD = {"openarm-bimanual": 1000, "quad12": 1000}
 DRIVES = 7
 USABLE = 0.95  # of what bit timing allows (kUsableBus)
 CYCLES = 1000
+PATIENCE_S = 120
 LINK = """<link name="link{i}"><inertial><mass value="{mass}"/><origin xyz="0.05 0 0"/>
   <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
 <joint name="joint{i}" type="revolute"><parent link="{parent}"/><child link="link{i}"/>
@@ -156,8 +157,12 @@ def measure(build, scratch, only=None):
     all_of = robots(build, scratch, only)
     rows = []
     for name, robot in all_of.items():
-        done = subprocess.run([build / "tests/bench/wire_rate", str(CYCLES), robot],
-                              capture_output=True, text=True)
+        command = [build / "tests/bench/wire_rate", str(CYCLES), robot]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:  # every reply that is missing is waited for a second
+            rows.append({"name": name, "wrong": ["replies are missing again and again"]})
+            continue
         if not done.stdout:
             sys.exit(f"wire_rate {robot}:\n{done.stderr}")
         rows.append(row(build, name, robot, json.loads(done.stdout)[0]))

@@ -95,7 +95,9 @@ TEST(JogInput, TakesLinesOfAPipe) {
     EXPECT_EQ(person.asks(input, wrong), 0.0) << wrong;
     EXPECT_NE(input.take_complaint(), "") << wrong;
   }
-  EXPECT_EQ(person.asks(input, std::string(5000, '7') + "\n"), 0.0);
+  std::string endless(5000, '7');
+  endless += '\n';
+  EXPECT_EQ(person.asks(input, endless), 0.0);
   EXPECT_EQ(person.asks(input, "+\n\n"), 0.0);
   EXPECT_FALSE(input.ended());
   ::close(person.hand);

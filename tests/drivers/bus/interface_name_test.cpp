@@ -12,6 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::error_text;
 
+// NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor)
 class InterfaceName : public ::testing::Test {
  protected:
   InterfaceName() {

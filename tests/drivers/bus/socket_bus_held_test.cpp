@@ -17,6 +17,7 @@ using testing::kMillisecond;
 using testing::make_frame;
 using testing::receive;
 
+// NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor)
 class HeldSocketBus : public ::testing::Test {
  protected:
   HeldSocketBus() {

@@ -68,6 +68,7 @@ class Side {
   std::thread thread_;
 };
 
+// NOLINTNEXTLINE(cppcoreguidelines-virtual-class-destructor)
 class TwoBuses : public ::testing::Test {
  protected:
   TwoBuses() {

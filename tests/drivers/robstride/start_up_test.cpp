@@ -184,8 +184,8 @@ TEST(RobstrideStartUp, OneRequestAtATimeRepeatedAfterItsTimeOut) {
   bench.cut = true;
   bench.run(100);
   EXPECT_EQ(bench.count(Type::kReport), 2U);  // once more when it tells that it was switched on
-  EXPECT_EQ(bench.count(encode_stop(kLink, false)), 5U);
-  EXPECT_EQ(bench.sent.size(), 7U);
+  EXPECT_EQ(bench.count(encode_stop(kLink, false)), 6U);
+  EXPECT_EQ(bench.sent.size(), 8U);
   bench.cut = false;
   EXPECT_GT(bench.run_until(DriveCondition::kDisabled), 0);
 }
