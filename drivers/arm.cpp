@@ -14,6 +14,7 @@
 #include "drivers/arm_parts.hpp"
 #include "drivers/cycle_plan.hpp"
 #include "drivers/families.hpp"
+#include "drivers/lockstep_tick.hpp"
 #include "rt/clock.hpp"
 
 namespace geodesic::drivers {
@@ -72,7 +73,9 @@ Arm::Impl::Impl(const ArmOptions& options, std::vector<std::unique_ptr<Bus>> bus
                                 std::to_string(options.buses.size()));
   }
   for (std::unique_ptr<Bus>& bus : buses) {
-    lines.emplace_back().bus = std::move(bus);
+    Line& line = lines.emplace_back();
+    line.bus = std::move(bus);
+    line.frames.resize(1);  // the tick of simulated time
   }
   for (const JointOptions& joint : options.joints) {
     Line& line = lines[joint.bus];
@@ -156,6 +159,11 @@ void Arm::Impl::take(Line& line, ReceivedFrame& received, std::int64_t tick_ns) 
   if (received.frame.error) {
     return;
   }
+  if (simulated_time && is_tick(received.frame)) {
+    line.owed = 0;
+    line.missing = 0;
+    return;
+  }
   line.routes.find(received.frame, [&](std::size_t joint) {
     if (!joints[joint].drive->claims(received.frame)) {
       return false;
@@ -189,7 +197,7 @@ void Arm::Impl::take_in(Line& line, std::size_t index, ReceivedFrame& received,
   if (timely && joint.due > 0 && !joint.answered) {
     ++joint.heard;
     joint.answered = report || joint.heard >= joint.due;
-    line.owed -= joint.answered && joint.awaited ? 1 : 0;
+    line.owed -= joint.answered && !simulated_time ? 1 : 0;
   }
 }
 
@@ -240,7 +248,11 @@ void Arm::transmit(const control::ArmCommand& command, std::int64_t tick_ns) noe
   for (Line& line : impl_->lines) {
     line.sent_ns = rt::now_ns();
     line.owed = 0;
-    const std::span<const Frame> frames = std::span(line.frames).first(line.filled);
+    std::size_t offered = line.filled;
+    if (impl_->simulated_time) {
+      line.frames[offered++] = tick_frame();
+    }
+    const std::span<const Frame> frames = std::span(line.frames).first(offered);
     const std::size_t sent = frames.empty() ? 0 : line.bus->send(frames);
     // A joint whose frames stayed here owes no reply.
     for (std::size_t i = 0; i < std::min(sent, line.filled); ++i) {
@@ -248,11 +260,13 @@ void Arm::transmit(const control::ArmCommand& command, std::int64_t tick_ns) noe
       ++joint.sent;
       ++joint.counters.sent;
     }
+    // What has not ticked for long is waited for no more.
+    line.owed = sent > line.filled && line.missing < kSimulatedWaits ? 1 : 0;
   }
   for (Joint& joint : impl_->joints) {
     joint.due = joint.sent > 0 ? joint.drive->answers_due(joint.sent) : 0;
     joint.surplus -= 4 * static_cast<int>(joint.due);
-    impl_->lines[joint.line].owed += joint.due > 0 && joint.awaited ? 1 : 0;
+    impl_->lines[joint.line].owed += joint.due > 0 && !impl_->simulated_time ? 1 : 0;
   }
 }
 
@@ -272,10 +286,6 @@ const control::ArmState& Arm::receive(std::int64_t tick_ns, std::int64_t deadlin
     Joint& joint = arm.joints[i];
     const bool lost = joint.due > 0 && !joint.answered;
     joint.counters.lost += lost ? 1 : 0;
-    // Simulated time waits long for a reply that may still come, on a machine that stood still for
-    // a second too, and no more for a drive that has gone silent.
-    joint.missing = lost && !state.joint[i].fresh ? joint.missing + 1 : 0;
-    joint.awaited = !impl_->simulated_time || joint.missing < kSimulatedWaits;
     joint.sent = 0;
     joint.due = 0;
     joint.surplus = std::max(joint.surplus - 1, kSurplusFloor);
@@ -290,6 +300,7 @@ const control::ArmState& Arm::receive(std::int64_t tick_ns, std::int64_t deadlin
     state.joint[i].drive_error = drive.error;
   }
   for (std::size_t i = 0; i < arm.lines.size(); ++i) {
+    arm.lines[i].missing += arm.simulated_time && arm.lines[i].owed > 0 ? 1 : 0;
     arm.lines[i].owed = 0;
     state.bus[i] = arm.lines[i].bus->state();
   }

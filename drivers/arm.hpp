@@ -34,8 +34,9 @@ struct JointOptions {
 struct ArmOptions {
   std::vector<BusOptions> buses;     ///< receive and transmit filters are filled in by Arm
   std::vector<JointOptions> joints;  ///< in the mechanism's order of v
-  /// Virtual buses only: receive() waits for every reply (at most 1 s of real time) and stamps what
-  /// it reads with the tick, so that a run does not depend on how fast this machine is.
+  /// Virtual buses only: each cycle ends with a tick frame on each bus; receive() waits until the
+  /// simulated arm answers it behind its replies (at most 1 s of real time) and stamps what it
+  /// reads with the tick, so that a run does not depend on how fast this machine is.
   bool simulated_time = false;
 };
 

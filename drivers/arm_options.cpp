@@ -8,6 +8,7 @@
 
 #include "drivers/arm.hpp"
 #include "drivers/families.hpp"
+#include "drivers/lockstep_tick.hpp"
 
 namespace geodesic::drivers {
 
@@ -117,6 +118,11 @@ std::vector<BusOptions> filtered_buses(const ArmOptions& options) {
         refuse(joint, fmt::format("its drive answers on 0x{:X}, which commands a drive on bus '{}'",
                                   reply.id, bus.name));
       }
+    }
+  }
+  for (BusOptions& bus : buses) {
+    if (options.simulated_time) {
+      bus.receive.push_back({.id = kTickId, .extended = true});
     }
   }
   return buses;

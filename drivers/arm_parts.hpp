@@ -48,9 +48,7 @@ struct Joint {
   std::size_t due = 0;      ///< answers to them
   std::size_t heard = 0;    ///< frames that answer them
   bool answered = false;
-  bool awaited = true;  ///< receive() waits for its reply
-  int missing = 0;      ///< cycles in a row without news
-  int surplus = 0;      ///< see kSurplusLimit
+  int surplus = 0;  ///< see kSurplusLimit
   bool doubled = false;
   JointCounters counters;
   Frame last_good;
@@ -62,7 +60,8 @@ struct Line {
   std::vector<Frame> frames;        ///< this cycle's, [0 .. filled)
   std::vector<std::size_t> owners;  ///< joint of each frame
   std::size_t filled = 0;
-  std::size_t owed = 0;  ///< joints on this bus that have not answered
+  std::size_t owed = 0;  ///< joints on this bus that have not answered; simulated time: its tick
+  int missing = 0;       ///< ticks in a row that nobody answered
   std::int64_t sent_ns = 0;
   bool read = false;  ///< in this cycle
   bool gone = false;  ///< waiting on it is in vain in this cycle

@@ -14,6 +14,7 @@
 
 #include "drivers/bus/bus.hpp"
 #include "drivers/drive.hpp"
+#include "drivers/lockstep_tick.hpp"
 #include "rt/clock.hpp"
 
 namespace geodesic::drivers::test {
@@ -87,6 +88,10 @@ class FakeBus final : public Bus {
       return 0;
     }
     for (const Frame& frame : frames) {
+      if (is_tick(frame)) {
+        wire_.answer(frame);  // behind the drives' replies, as the simulated arm does
+        continue;
+      }
       wire_.sent.push_back(frame);
       for (const auto& drive : wire_.drives) {
         std::array<Frame, SimulatedDrive::kMaxReplies> replies;

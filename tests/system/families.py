@@ -4,8 +4,7 @@ import re
 import tomllib
 
 PARTS = ["bus", "default", "joint1", "joint2"]
-TEXTS = ["error", "error_says", "old_error_says", "watchdog_says", "power_cycle",
-         "contradiction_says"]
+TEXTS = ["error", "error_says", "old_error_says", "watchdog_says", "power_cycle"]
 
 
 def load():
@@ -13,8 +12,11 @@ def load():
     with open(pathlib.Path(__file__).with_name("families.toml"), "rb") as file:
         families = tomllib.load(file)
     for name, family in families.items():
-        missing = [key for key in PARTS + TEXTS + ["contradiction"] if key not in family]
-        unknown = set(family) - set(PARTS + TEXTS + ["contradiction", "real_rate_hz", "torque_limit"])
+        needed = PARTS + TEXTS + ["contradiction", "contradiction_says"]
+        if "tells_nothing" in family:
+            needed = PARTS + TEXTS + ["tells_nothing"]
+        missing = [key for key in needed if key not in family]
+        unknown = set(family) - set(needed + ["rate_hz", "torque_limit"])
         if missing or unknown:
             raise ValueError(f"[{name}]: lacks {missing}, has unknown {sorted(unknown)}")
     return families
@@ -42,6 +44,8 @@ def driven_by(text, family):
     if "torque_limit" in family:
         text = re.sub(r"^torque_limit *=.*$", f"torque_limit = {family['torque_limit']}", text,
                       count=1, flags=re.M)
+    if "rate_hz" in family:
+        text = re.sub(r"^rate_hz *=.*$", f"rate_hz = {family['rate_hz']}", text, count=1, flags=re.M)
     drives = iter(family[part] for part in PARTS[1:])
     text, count = re.subn(r"^drive *= *\{[^\n]*", lambda _: "drive = " + inline(next(drives)), text,
                           flags=re.M)
@@ -53,8 +57,9 @@ def driven_by(text, family):
 def mixed(first, second):
     """joint1 driven as `first` does, joint2 as `second`, on one bus that carries both."""
     result = {key: of for key, of in first.items() if key not in PARTS}
-    limits = [family["torque_limit"] for family in (first, second) if "torque_limit" in family]
-    result |= {"torque_limit": min(limits)} if limits else {}
+    for key in ("torque_limit", "rate_hz"):
+        said = [family[key] for family in (first, second) if key in family]
+        result |= {key: min(said)} if said else {}
     result["bus"] = first["bus"] | second["bus"]
     result["default"] = {}
     result["joint1"] = first["default"] | first["joint1"]

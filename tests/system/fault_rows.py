@@ -117,8 +117,6 @@ def played(row):
                 one["buses"] = [kind for kind in one["buses"] if kind != "kvaser"]
                 one["not_on"] = {"kvaser": "the emulated card carries classic CAN only",
                                  **one.get("not_on", {})}
-            if one["time"] == "real" and "real_rate_hz" in family:
-                one = merged(one, {"options": {"robot": {"rate_hz": family["real_rate_hz"]}}})
         yield one
 
 

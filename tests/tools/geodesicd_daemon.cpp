@@ -10,6 +10,7 @@
 
 #include "drivers/bus/descriptor.hpp"
 #include "drivers/families.hpp"
+#include "drivers/lockstep_tick.hpp"
 #include "rt/clock.hpp"
 #include "rt/thread_health.hpp"
 #include "tests/tools/geodesicd_fixture.hpp"
@@ -35,6 +36,7 @@ class InstantBus final : public drivers::Bus {
   std::size_t send(std::span<const drivers::Frame> frames) noexcept override {
     waiting_.clear();
     for (const drivers::Frame& frame : frames) {
+      if (drivers::is_tick(frame)) waiting_.push_back({frame, rt::now_ns()});
       for (std::size_t i = 0; i < drives.size(); ++i) {
         drivers::ReceivedFrame reply;
         const std::int64_t now_ns = rt::now_ns();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "drivers/lockstep_tick.hpp"
 #include "tools/geodesic/error_frame_words.hpp"
 
 namespace geodesic::tools {
@@ -42,6 +43,7 @@ std::string joined(const std::vector<std::string>& names) {
 
 FrameMeaning meaning_of(const CandumpLine& line, const config::Robot& robot) {
   if (line.frame.error) return {"", "bus error frame", error_frame_words(line.frame)};
+  if (drivers::is_tick(line.frame)) return {"", "tick of simulated time", {}};
   const drivers::Frame& frame = line.frame;
   const auto& buses = robot.arm.buses;
   std::vector<Reading> readings;

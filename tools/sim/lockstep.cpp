@@ -1,7 +1,10 @@
-// The simulated arm locked to the commands: time passes by one period for each complete set.
+// The simulated arm locked to the commands: time passes by one period for each complete set, which
+// a host in simulated time ends with its tick, and any other by commanding every drive.
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "drivers/lockstep_tick.hpp"
 #include "rt/clock.hpp"
 #include "tools/sim/loops.hpp"
 
@@ -11,7 +14,9 @@ namespace {
 class Lockstep {
  public:
   explicit Lockstep(const LoopContext& context)
-      : in_(context), addressed_(context.plant.joints(), false) {}
+      : in_(context),
+        addressed_(context.plant.joints(), false),
+        ticked_(context.buses.size(), false) {}
 
   void run() {
     const double seconds = in_.settings.seconds;
@@ -45,17 +50,30 @@ class Lockstep {
 
   void read() {
     in_.buses.read([&](std::size_t bus, const drivers::Frame& frame, std::int64_t /*stamp*/) {
+      if (drivers::is_tick(frame)) {
+        ticking_ = true;
+        ticked_[bus] = true;
+        begin_set();
+        return;
+      }
       pending_.push_back({bus, frame});
       const auto joint = in_.plant.addressee(bus, frame);
       if (!joint) return;
       addressed_[*joint] = true;
-      if (in_.plant.silent(*joint) || addressed_any_) return;
-      addressed_any_ = true;
-      since_ns_ = rt::now_ns();
+      if (!in_.plant.silent(*joint)) begin_set();
     });
   }
 
+  void begin_set() {
+    if (addressed_any_) return;
+    addressed_any_ = true;
+    since_ns_ = rt::now_ns();
+  }
+
   bool complete() const {
+    if (ticking_) {
+      return std::all_of(ticked_.begin(), ticked_.end(), [](bool ticked) { return ticked; });
+    }
     if (pending_.empty()) return false;
     bool somebody = false;
     for (std::size_t i = 0; i < addressed_.size(); ++i) {
@@ -82,7 +100,13 @@ class Lockstep {
     for (std::size_t bus = 0; bus < in_.buses.size(); ++bus) {
       if (in_.plant.babbling(bus)) in_.buses.flood(bus, flood);
     }
+    if (ticking_) {
+      for (std::size_t bus = 0; bus < in_.buses.size(); ++bus) {
+        in_.buses.queue(bus, drivers::tick_frame());
+      }
+    }
     in_.buses.flush();
+    ticked_.assign(ticked_.size(), false);
     pending_.clear();
     addressed_.assign(addressed_.size(), false);
     addressed_any_ = false;
@@ -91,7 +115,9 @@ class Lockstep {
   const LoopContext& in_;
   std::vector<Pending> pending_;
   std::vector<bool> addressed_;
-  bool addressed_any_ = false;  // a drive that answers is in the set
+  std::vector<bool> ticked_;    // buses on which the host has ended its cycle
+  bool ticking_ = false;        // it does end them so
+  bool addressed_any_ = false;  // a drive that answers, or a tick, is in the set
   std::int64_t since_ns_ = 0;   // real time of its first frame
   std::vector<Plant::Answer> answers_;
 };
