@@ -4,6 +4,7 @@ import re
 import tomllib
 
 PARTS = ["bus", "default", "joint1", "joint2"]
+OPTIONAL = ["rate_hz", "torque_limit", "least_torque_nm", "error_after_cycles"]
 TEXTS = ["error", "error_says", "old_error_says", "watchdog_says", "power_cycle"]
 
 
@@ -16,7 +17,7 @@ def load():
         if "tells_nothing" in family:
             needed = PARTS + TEXTS + ["tells_nothing"]
         missing = [key for key in needed if key not in family]
-        unknown = set(family) - set(needed + ["rate_hz", "torque_limit"])
+        unknown = set(family) - set(needed + OPTIONAL)
         if missing or unknown:
             raise ValueError(f"[{name}]: lacks {missing}, has unknown {sorted(unknown)}")
     return families

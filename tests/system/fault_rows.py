@@ -27,7 +27,7 @@ Expected:
 Expected where given:
   losses           replies lost by each joint, exactly; missed_at_least: cycles
   watchdog_trips   of every drive; drives_gone: nobody is left to ask
-  torque_ever      false: no drive ever made torque
+  torque_ever      false: no drive ever made torque (or least_torque_nm, where a family cannot say 0)
   reached          positions that joints must have gone below while active, as the daemon saw it
   bus_errno, send_failed_at_least    of the daemon's bus
   command_age      "checked": no command older than a cycle reached the drives; "held": none older
@@ -48,7 +48,7 @@ WHERE_A_FAULT = ["class", "within_cycles"]
 KNOWN = set("""name what time robot options buses not_on needs script push inject before undo sim daemon
 stays output drives_on fault of class within_cycles final_state exit also log stderr losses
 missed_at_least watchdog_trips drives_gone torque_ever reached bus_errno send_failed_at_least
-command_age family moment""".split())
+command_age family moment least_torque_nm""".split())
 
 
 def merged(base, over):
@@ -113,6 +113,9 @@ def played(row):
             one = filled(one, {k: v for k, v in family.items() if isinstance(v, str)})
             one["name"] += "." + name
             one["family"] = name
+            if one["fault"] == "drive_error":
+                one["within_cycles"] += family.get("error_after_cycles", 0)
+            one["least_torque_nm"] = family.get("least_torque_nm", 0.0)
             if family["bus"]["fd"] and "kvaser" in one.get("buses", []):
                 one["buses"] = [kind for kind in one["buses"] if kind != "kvaser"]
                 one["not_on"] = {"kvaser": "the emulated card carries classic CAN only",

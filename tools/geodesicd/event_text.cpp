@@ -305,12 +305,24 @@ EventText describe(const Event& event, const Vocabulary& words, std::int64_t sta
   return describe_refusal(event, moment_s);
 }
 
+namespace {
+
+/// Registers are often counts or dates, which no exponent may shorten.
+std::string register_value(double value) {
+  constexpr double kExact = 1e15;
+  return value == std::trunc(value) && std::abs(value) < kExact ? fmt::format("{:.0f}", value)
+                                                                : fmt::format("{:.6g}", value);
+}
+
+}  // namespace
+
 std::string describe(const drivers::DriveComplaint& complaint) {
   if (complaint.quantity == nullptr) {
     return {};
   }
-  std::string text = fmt::format("{}: the drive has {:.6g}, the configuration expects {:.6g}",
-                                 complaint.quantity, complaint.found, complaint.expected);
+  std::string text =
+      fmt::format("{}: the drive has {}, the configuration expects {}", complaint.quantity,
+                  register_value(complaint.found), register_value(complaint.expected));
   if (complaint.fix != nullptr) {
     text += fmt::format("; {}", complaint.fix);
   }

@@ -195,7 +195,9 @@ void Plant::speak(std::size_t bus, std::int64_t now_ns, std::vector<Answer>& ans
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     if (drives_[i].options->bus != bus || silent(i)) continue;
     std::array<drivers::Frame, drivers::SimulatedDrive::kMaxReplies> said;
+    const bool before = drives_[i].simulated->enabled();
     const std::size_t count = drives_[i].simulated->speak(now_ns, said);
+    if (before && !drives_[i].simulated->enabled()) ++report_.joints[i].watchdog_trips;
     report_.joints[i].answered += count;
     for (std::size_t k = 0; k < count; ++k) answers.push_back({i, said[k]});
   }
