@@ -146,6 +146,7 @@ class Composer {
     WireFrame wire{key_of(frame), encoding_.duration_ns(frame, stuffing_), frame.reply, answers,
                    std::llround(factor_ * static_cast<double>(latency))};
     if (!frame.reply || answers == WireFrame::kNothing) wire.latency_ns = 0;
+    wire.sender = joint;
     frames_.push_back({joint, frame, wire});
     return frames_.size() - 1;
   }

@@ -28,7 +28,8 @@ std::size_t winner(std::span<const WireFrame> frames, const std::vector<WireTime
       best = i;
       collides = false;
     } else if (frames[i].key == frames[best].key) {
-      collides = true;
+      collides = collides || frames[i].sender != frames[best].sender ||
+                 frames[i].sender == WireFrame::kNothing;
       // The one that was ready first, if it is not the host's.
       if (frames[best].reply && times[i].ready_ns < times[best].ready_ns) best = i;
     }

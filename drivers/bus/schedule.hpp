@@ -18,6 +18,7 @@ struct WireFrame {
   bool reply = false;              ///< a drive's; else this host's
   std::size_t answers = kNothing;  ///< a reply's: index of the frame whose end calls for it
   std::int64_t latency_ns = 0;     ///< a reply's: from that end to when it is ready to leave
+  std::size_t sender = kNothing;   ///< frames of one sender wait for each other
 };
 
 /// Since the host handed its frames over.
@@ -32,8 +33,8 @@ struct Timeline {
   std::int64_t busy_ns = 0;      ///< sum of all durations
   std::int64_t end_ns = 0;       ///< of the last frame
   std::int64_t gap_ns = 0;       ///< longest from the end of one reply to the end of the next
-  /// Times that two frames of one identifier waited for the wire at once: they start together, and
-  /// destroy each other.
+  /// Times that frames of one identifier from two senders waited for the wire at once: they start
+  /// together, and destroy each other.
   std::size_t collisions = 0;
 
   /// Time in which the wire waited for a drive.

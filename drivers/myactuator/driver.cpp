@@ -81,7 +81,7 @@ void Driver::follow(DriveMode mode, std::int64_t now_ns) noexcept {
         torque_answered_ = false;
         brake_released_ = false;
         bare_reply_ = false;
-        next_enable_ns_ = now_ns;
+        next_enable_ns_ = now_ns + own_share_of(kEnableIntervalNs);
         diffusion_.reset();
         phase_ = errors_ == 0 ? Phase::kEnabling : Phase::kOut;
       }
@@ -188,11 +188,20 @@ std::size_t Driver::enabled_frames(const DriveCommand& command, std::int64_t now
   return count + status_frame(now_ns, out.subspan(count));
 }
 
+std::int64_t Driver::own_share_of(std::int64_t interval_ns) const noexcept {
+  constexpr double kGolden = 0.6180339887498949;  // neighbouring ids come to lie far apart
+  const double share = kGolden * static_cast<double>(options_.id);
+  return std::llround((share - std::floor(share)) * static_cast<double>(interval_ns));
+}
+
 std::size_t Driver::status_frame(std::int64_t now_ns, std::span<Frame> out) noexcept {
   if (now_ns < next_status_ns_) {
     return 0;
   }
-  next_status_ns_ = now_ns + kStatusIntervalNs;
+  // Not all drives of a bus in the same cycle: there is not room for as many frames more.
+  const std::int64_t since = (now_ns - own_share_of(kStatusIntervalNs)) % kStatusIntervalNs;
+  next_status_ns_ = now_ns - since + kStatusIntervalNs;
+  last_status_ns_ = now_ns;
   out[0] = request(Command::kStatus1);
   return 1;
 }
@@ -216,15 +225,18 @@ std::size_t Driver::asking_frames(std::int64_t now_ns, std::span<Frame> out) noe
   std::size_t count = 0;
   // The first frame after the drive's watchdog comes back unexecuted, and it does again what it
   // did: so shutting down takes two in one cycle, and the angle is never asked for first.
-  const bool shut_down = shutdowns_ > 0 && phase_ != Phase::kIdle;
-  if (shut_down) {
+  if (shutdowns_ > 0 && phase_ != Phase::kIdle) {
     out[count++] = request(Command::kShutdown);
     out[count++] = request(Command::kShutdown);
-  }
-  out[count++] = request(Command::kStatus2);
-  out[count++] = request(Command::kAngle);
-  if (shut_down) {
     return count;
+  }
+  // No more than a cycle in operation has.
+  asked_angle_ = facts_.motion && !asked_angle_;
+  if (!facts_.motion || !asked_angle_) {
+    out[count++] = request(Command::kStatus2);
+  }
+  if (!facts_.motion || asked_angle_) {
+    out[count++] = request(Command::kAngle);
   }
   return count + status_frame(now_ns, out.subspan(count));
 }

@@ -32,6 +32,8 @@ class Driver final : public Drive {
   static constexpr std::int64_t kForgetNs = 100'000'000;
   /// Asked for more than this share of its range and making less than half: status 1 at once.
   static constexpr double kAskedShare = 0.005;
+  /// But not more often than this.
+  static constexpr std::int64_t kSoonestNs = 10'000'000;
   static constexpr double kFallbackDamping = 0.5;  ///< [N·m·s/rad]
   /// Shut-downs to be answered when the drive is out: the first answer may be a request sent back.
   static constexpr int kShutdowns = 4;
@@ -80,6 +82,7 @@ class Driver final : public Drive {
   std::size_t disabling_frames(std::span<Frame> out) noexcept;
   std::size_t asking_frames(std::int64_t now_ns, std::span<Frame> out) noexcept;
   std::size_t status_frame(std::int64_t now_ns, std::span<Frame> out) noexcept;
+  std::int64_t own_share_of(std::int64_t interval_ns) const noexcept;
   Frame torque_frame(const DriveCommand& command) noexcept;
   Frame motion_frame(const DriveCommand& command) noexcept;
   Frame zero_frame() const noexcept;
@@ -114,6 +117,8 @@ class Driver final : public Drive {
   double asked_nm_ = 0.0;  ///< by it
   std::int64_t next_enable_ns_ = 0;
   std::int64_t next_status_ns_ = 0;
+  std::int64_t last_status_ns_ = 0;
+  bool asked_angle_ = false;  ///< motion mode, not in operation: angle and status 2 take turns
   std::int64_t last_transmit_ns_ = 0;
   std::int64_t last_heard_ns_ = 0;
   std::uint16_t errors_ = 0;

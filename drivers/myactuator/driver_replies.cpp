@@ -34,7 +34,7 @@ bool Driver::receive(const ReceivedFrame& received) noexcept {
     errors_ = start_up_.errors();
     if (start_up_.done()) {
       phase_ = Phase::kIdle;
-      next_status_ns_ = received.stamp_ns + kStatusIntervalNs;
+      next_status_ns_ = received.stamp_ns + own_share_of(kStatusIntervalNs);
     } else if (start_up_.refused()) {
       phase_ = Phase::kRefused;
       shutdowns_ = kShutdowns;
@@ -169,7 +169,7 @@ bool Driver::take_motion_reply(const Frame& frame, std::int64_t stamp_ns) noexce
 void Driver::look_at_torque() noexcept {
   if (phase_ == Phase::kEnabled && std::abs(asked_nm_) > kAskedShare * options_.torque_range_nm &&
       std::abs(state_.torque_nm) < 0.5 * std::abs(asked_nm_)) {
-    next_status_ns_ = 0;  // it may be in error: ask in the next cycle
+    next_status_ns_ = last_status_ns_ + kSoonestNs;  // it may be in error: ask in the next cycle
   }
 }
 

@@ -14,6 +14,7 @@
 #include "drivers/bus/bit_timing.hpp"
 #include "drivers/bus/bus.hpp"
 #include "drivers/drive.hpp"
+#include "drivers/lockstep_tick.hpp"
 #include "rt/clock.hpp"
 #include "tools/sim/wire_model.hpp"
 
@@ -47,13 +48,18 @@ class VirtualWire final : public drivers::Bus {
 
   /// The whole period passes on the wire at once.
   std::size_t send(std::span<const drivers::Frame> frames) noexcept override {
-    for (const drivers::Frame& frame : frames) wire_.push_host(frame, tick_ns_);
+    bool ticks = false;
+    for (const drivers::Frame& frame : frames) {
+      ticks = ticks || drivers::is_tick(frame);  // which no real wire carries
+      if (!drivers::is_tick(frame)) wire_.push_host(frame, tick_ns_);
+    }
     last_reply_ns_ = 0;
     speak(tick_ns_);
     const std::int64_t end_ns = tick_ns_ + period_ns_;
     for (auto due = wire_.next_end_ns(); due && *due <= end_ns; due = wire_.next_end_ns()) {
       carry(*wire_.pop(*due));
     }
+    if (ticks) deliver(drivers::tick_frame());
     ++figures_.cycles;
     figures_.last_sum_ns += last_reply_ns_ > 0 ? last_reply_ns_ - tick_ns_ : 0;
     counters_.sent += frames.size();
@@ -84,6 +90,13 @@ class VirtualWire final : public drivers::Bus {
     }
   }
 
+  void deliver(const drivers::Frame& frame) {
+    // Arm asks its own clock whether a reply is older than its command.
+    arrived_.push_back({frame, rt::now_ns() + rt::kNanosecondsPerSecond});
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = write(descriptor_, &one, sizeof one);
+  }
+
   void carry(const tools::WireModel::Delivery& delivery) {
     ++figures_.carried;
     figures_.busy_ns +=
@@ -94,10 +107,7 @@ class VirtualWire final : public drivers::Bus {
         figures_.gap_ns = std::max(figures_.gap_ns, delivery.end_ns - last_reply_ns_);
       }
       last_reply_ns_ = delivery.end_ns;
-      // Arm asks its own clock whether a reply is older than its command.
-      arrived_.push_back({delivery.frame, rt::now_ns() + rt::kNanosecondsPerSecond});
-      const std::uint64_t one = 1;
-      [[maybe_unused]] const auto written = write(descriptor_, &one, sizeof one);
+      deliver(delivery.frame);
       return;
     }
     std::array<drivers::Frame, drivers::SimulatedDrive::kMaxReplies> replies;

@@ -4,7 +4,8 @@ import re
 import tomllib
 
 PARTS = ["bus", "default", "joint1", "joint2"]
-OPTIONAL = ["rate_hz", "torque_limit", "least_torque_nm", "error_after_cycles"]
+OPTIONAL = ["rate_hz", "torque_limit", "least_torque_nm", "error_after_cycles",
+            "kvaser_rate_hz"]
 TEXTS = ["error", "error_says", "old_error_says", "watchdog_says", "power_cycle"]
 
 

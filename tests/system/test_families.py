@@ -20,7 +20,8 @@ def driven(robot_file, tmp_path, bus):
         family = families.changed(FAMILIES[name], **defaults)
         folder = tmp_path / f"{name}{len(defaults)}"
         return families.write_robot(family, robot_file("planar2r"), folder,
-                                    KVASER_RATE_HZ if bus == "kvaser" else None)
+                                    family.get("kvaser_rate_hz", KVASER_RATE_HZ)
+                                    if bus == "kvaser" else None)
     return make
 
 

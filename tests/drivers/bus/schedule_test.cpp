@@ -105,6 +105,9 @@ TEST(Schedule, TwoRepliesOfOneIdentifierThatWaitTogetherCollide) {
   std::vector<WireFrame> apart = frames;
   apart[4].latency_ns = 1000;
   EXPECT_EQ(lay_out(apart).collisions, 0U);
+  std::vector<WireFrame> of_one_drive = frames;
+  of_one_drive[3].sender = of_one_drive[4].sender = 0;
+  EXPECT_EQ(lay_out(of_one_drive).collisions, 0U);
 }
 
 TEST(Schedule, AgreesWithGoingAlongTheWire) {
