@@ -66,7 +66,9 @@ bool WireReader::next(Item& item) noexcept {
   }
   std::memcpy(&header, rest_.data(), sizeof header);
   rest_ = rest_.subspan(sizeof header);
-  const bool remote = (header.flags & WireFrameHeader::kRemote) != 0;
+  // As in SocketCAN: neither FD nor error frames ask for anything.
+  const bool remote = (header.flags & WireFrameHeader::kRemote) != 0 &&
+                      (header.flags & (WireFrameHeader::kFd | WireFrameHeader::kError)) == 0;
   const std::size_t bytes = remote ? 0 : header.length;
   if (header.length > 64 || rest_.size() < bytes) {
     left_ = 0;

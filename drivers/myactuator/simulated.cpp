@@ -202,7 +202,7 @@ bool Simulated::serve(const Frame& frame, std::int64_t now_ns, Frame& out) {
   out.data[0] = frame.data[0];
   switch (static_cast<Command>(frame.data[0])) {
     case Command::kStatus1:
-      out.data[1] = static_cast<std::uint8_t>(static_cast<std::int8_t>(celsius_));
+      out.data[1] = byte_of_celsius();
       out.data[2] = out.data[1];
       out.data[3] = brake_released_ ? 1 : 0;
       put_int16(out, 4, kSupply / kVoltageUnit);
@@ -210,7 +210,7 @@ bool Simulated::serve(const Frame& frame, std::int64_t now_ns, Frame& out) {
       out.data[7] = static_cast<std::uint8_t>(errors_ >> 8U);
       return true;
     case Command::kStatus3:
-      out.data[1] = static_cast<std::uint8_t>(static_cast<std::int8_t>(celsius_));
+      out.data[1] = byte_of_celsius();
       put_int16(out, 2, amperes(now_ns) * 100.0);
       put_int16(out, 4, amperes(now_ns) * -50.0);
       put_int16(out, 6, amperes(now_ns) * -50.0);
@@ -281,8 +281,13 @@ bool Simulated::serve(const Frame& frame, std::int64_t now_ns, Frame& out) {
   }
 }
 
+std::uint8_t Simulated::byte_of_celsius() const {
+  const double within = std::clamp(celsius_, -128.0, 127.0);
+  return static_cast<std::uint8_t>(static_cast<std::int8_t>(within));
+}
+
 void Simulated::put_loop_reply(std::int64_t now_ns, Frame& out) {
-  out.data[1] = static_cast<std::uint8_t>(static_cast<std::int8_t>(celsius_));
+  out.data[1] = byte_of_celsius();
   put_int16(out, kCurrentAt, std::round(amperes(now_ns) * 100.0));
   put_int16(out, kSpeedAt, shaft_rad_s_ * kDegrees);
   put_int16(out, kAngleAt, angle_rad() * kDegrees);

@@ -58,6 +58,7 @@ class Simulated final : public SimulatedDrive {
   void stop();
   double angle_rad() const { return shaft_rad_ - zero_rad_ + turns_rad_; }
   double amperes(std::int64_t now_ns);
+  std::uint8_t byte_of_celsius() const;
 
   std::uint32_t motor_;
   float position_range_;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -71,9 +72,9 @@ constexpr Type type_of(std::uint32_t id) noexcept {
 }
 
 /// @return the code of `value` in [low, high], 16 bits: clamped, rounded to nearest.
-constexpr std::uint16_t to_code(double value, double low, double high) noexcept {
+inline std::uint16_t to_code(double value, double low, double high) noexcept {
   const double clamped = value < low ? low : (value > high ? high : value);
-  return static_cast<std::uint16_t>((clamped - low) / (high - low) * 65535.0 + 0.5);
+  return static_cast<std::uint16_t>(std::lround((clamped - low) / (high - low) * 65535.0));
 }
 /// @return what a drive takes `code` for.
 constexpr double from_code(std::uint32_t code, double low, double high) noexcept {

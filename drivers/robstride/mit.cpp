@@ -10,7 +10,7 @@ namespace {
 std::uint64_t code(double value, double low, double high, unsigned bits) noexcept {
   const double clamped = value < low ? low : (value > high ? high : value);
   const auto top = static_cast<double>((1U << bits) - 1U);
-  return static_cast<std::uint64_t>((clamped - low) / (high - low) * top + 0.5);
+  return static_cast<std::uint64_t>(std::lround((clamped - low) / (high - low) * top));
 }
 
 double value(std::uint64_t word, unsigned shift, unsigned bits, double low, double high) noexcept {

@@ -79,14 +79,14 @@ ordered_json report_json(const config::Robot& robot, const control::Mechanism& m
 }
 
 void print_buses(const config::Robot& robot, const config::BudgetReport& budget) {
-  fmt::print("\n{:<14}{:<14}{:<18}{:>7}{:>12}{:>12}{:>8}{:>11}\n", "bus", "interface", "bit/s",
+  fmt::print("\n{:<13} {:<13} {:<18}{:>7}{:>12}{:>12}{:>8}{:>11}\n", "bus", "interface", "bit/s",
              "frames", "best [us]", "worst [us]", "load", "at most");
   for (std::size_t i = 0; i < budget.buses.size(); ++i) {
     const drivers::BusOptions& bus = robot.arm.buses[i];
     const drivers::BusBudget& load = budget.buses[i].budget();
     const std::string rate = bus.fd ? fmt::format("{}/{} FD", bus.bit_rate, bus.data_bit_rate)
                                     : fmt::format("{}", bus.bit_rate);
-    fmt::print("{:<14}{:<14}{:<18}{:>7}{:>12.1f}{:>12.1f}{:>7.0f}%{:>8.0f} Hz\n", bus.name,
+    fmt::print("{:<13} {:<13} {:<18}{:>7}{:>12.1f}{:>12.1f}{:>7.0f}%{:>8.0f} Hz\n", bus.name,
                bus.interface, rate, load.frames, static_cast<double>(load.best_ns) * 1e-3,
                static_cast<double>(load.worst_ns) * 1e-3, 100.0 * load.worst_load,
                load.max_rate_hz);

@@ -166,11 +166,11 @@ ordered_json to_json(const Result& result, const Proposal& proposal,
 }
 
 void print_table(const Result& result) {
-  fmt::print("{:<14}{:<14}{:>10}{:>10}  {:<14}{}\n", "bus", "family", "id", "answers", "firmware",
+  fmt::print("{:<14} {:<13}{:>10}{:>10}  {:<14}{}\n", "bus", "family", "id", "answers", "firmware",
              "model");
   for (const Sighting& sighting : result.sightings) {
     const drivers::FoundDrive& drive = sighting.drive;
-    fmt::print("{:<14}{:<14}{:>10}{:>10}  {:<14}{}{}\n", sighting.interface, sighting.family,
+    fmt::print("{:<14} {:<13}{:>10}{:>10}  {:<14}{}{}\n", sighting.interface, sighting.family,
                fmt::format("0x{:02X}", drive.id),
                drive.reply_id == 0 ? "-" : fmt::format("0x{:02X}", drive.reply_id),
                drive.firmware.empty() ? "-" : drive.firmware,
