@@ -3,6 +3,7 @@
 // position and torque. drivers/families.hpp lists the families.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -52,6 +53,12 @@ struct DriveCommand {
   double stiffness_nm_rad = 0.0;
   double damping_nm_s_rad = 0.0;
 };
+
+inline bool is_finite(const DriveCommand& command) noexcept {
+  return std::isfinite(command.torque_nm) && std::isfinite(command.position_rad) &&
+         std::isfinite(command.velocity_rad_s) && std::isfinite(command.stiffness_nm_rad) &&
+         std::isfinite(command.damping_nm_s_rad);
+}
 
 /// Why a drive was refused, or what it will not become. Texts are string literals.
 struct DriveComplaint {

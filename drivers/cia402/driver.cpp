@@ -12,12 +12,6 @@ using control::DriveMode;
 
 namespace {
 
-bool finite(const DriveCommand& command) noexcept {
-  return std::isfinite(command.torque_nm) && std::isfinite(command.position_rad) &&
-         std::isfinite(command.velocity_rad_s) && std::isfinite(command.stiffness_nm_rad) &&
-         std::isfinite(command.damping_nm_s_rad);
-}
-
 constexpr TorqueCommand kOff{control_word::kDisableVoltage, 0};
 
 }  // namespace
@@ -194,7 +188,7 @@ double Driver::braking_torque(double damping, std::int64_t now_ns) const noexcep
 
 TorqueCommand Driver::following(const DriveCommand& command, std::int64_t now_ns) noexcept {
   double wanted = 0.0;
-  if (finite(command)) {
+  if (is_finite(command)) {
     const bool stale = state_.stamp_ns == 0 || now_ns - state_.stamp_ns > kStaleNs;
     const double velocity = std::clamp(command.velocity_rad_s, -options_.velocity_range_rad_s,
                                        options_.velocity_range_rad_s);

@@ -11,32 +11,6 @@ namespace {
 
 constexpr std::uint8_t kLength = 8;
 
-std::uint64_t load(const Frame& frame) noexcept {
-  std::uint64_t word = 0;
-  for (std::size_t i = 0; i < kLength; ++i) {
-    word = word << 8U | frame.data[i];
-  }
-  return word;
-}
-
-void store(Frame& frame, std::uint64_t word) noexcept {
-  for (std::size_t i = 0; i < kLength; ++i) {
-    frame.data[i] = static_cast<std::uint8_t>(word >> (56U - 8U * i) & 0xFFU);
-  }
-}
-
-std::uint64_t place(std::uint32_t code, Field field) noexcept {
-  return static_cast<std::uint64_t>(code) << (64U - field.first - field.bits);
-}
-
-std::uint64_t place_signed(double value, double range, Field field) noexcept {
-  return place(to_code(value, -range, range, field.bits), field);
-}
-
-double signed_at(const Frame& frame, double range, Field field) noexcept {
-  return from_code(extract(frame, field), -range, range, field.bits);
-}
-
 /// Rounded to the nearest count and kept within what `Integer` holds.
 template <class Integer>
 Integer counts(double value, double unit) noexcept {
@@ -92,11 +66,6 @@ double unit_of(Function function) noexcept {
 
 }  // namespace
 
-std::uint32_t extract(const Frame& frame, Field field) noexcept {
-  const std::uint64_t mask = (std::uint64_t{1} << field.bits) - 1U;
-  return static_cast<std::uint32_t>(load(frame) >> (64U - field.first - field.bits) & mask);
-}
-
 std::optional<Frame> encode_mit(std::uint32_t id, const MitCommand& command,
                                 const Ranges& ranges) noexcept {
   if (!std::isfinite(command.position_rad) || !std::isfinite(command.velocity_rad_s) ||
@@ -115,10 +84,10 @@ std::optional<Frame> encode_mit(std::uint32_t id, const MitCommand& command,
             mit::kStiffness) |
       place(to_code(command.damping_nm_s_rad, 0.0, mit::kMaxDamping, mit::kDamping.bits),
             mit::kDamping);
-  store(frame, word);
+  store_word(frame, word);
   if (decode_special(frame)) {
     word -= place(1, mit::kDamping);  // the torque stays what was asked for
-    store(frame, word);
+    store_word(frame, word);
   }
   return frame;
 }
@@ -142,12 +111,12 @@ Frame encode_special(std::uint32_t id, Special special) noexcept {
   Frame frame;
   frame.id = id;
   frame.length = kLength;
-  store(frame, ~std::uint64_t{0} << 8U | static_cast<std::uint8_t>(special));
+  store_word(frame, ~std::uint64_t{0} << 8U | static_cast<std::uint8_t>(special));
   return frame;
 }
 
 std::optional<Special> decode_special(const Frame& frame) noexcept {
-  const std::uint64_t word = load(frame);
+  const std::uint64_t word = load_word(frame);
   const auto last = static_cast<std::uint8_t>(word & 0xFFU);
   if (frame.length != kLength || word >> 8U != ~std::uint64_t{0} >> 8U ||
       last < static_cast<std::uint8_t>(Special::kEnter) ||

@@ -4,13 +4,9 @@
 
 #include <cstdint>
 
-namespace geodesic::drivers::cubemars {
+#include "drivers/bit_field.hpp"
 
-/// A run of bits in the eight data bytes, counted from the most significant bit of byte 0.
-struct Field {
-  std::uint8_t first = 0;
-  std::uint8_t bits = 0;
-};
+namespace geodesic::drivers::cubemars {
 
 /// MIT command, to the motor's identifier (11 bits).
 namespace mit {

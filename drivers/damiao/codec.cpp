@@ -3,7 +3,6 @@
 #include "drivers/damiao/codec.hpp"
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace geodesic::drivers::damiao {
@@ -19,35 +18,6 @@ Frame make_frame(std::uint32_t id, bool fd, std::uint8_t length) noexcept {
   frame.bit_rate_switch = fd;
   frame.length = length;
   return frame;
-}
-
-// The bytes in the order of the wire are one number, most significant first. Every field of every
-// frame passes here: one load and one swap, not a loop.
-std::uint64_t big_endian(std::uint64_t word) noexcept {
-  return std::endian::native == std::endian::little ? __builtin_bswap64(word) : word;
-}
-
-std::uint64_t load(const Frame& frame) noexcept {
-  std::uint64_t word = 0;
-  std::memcpy(&word, frame.data.data(), kLength);
-  return big_endian(word);
-}
-
-void store(Frame& frame, std::uint64_t word) noexcept {
-  word = big_endian(word);
-  std::memcpy(frame.data.data(), &word, kLength);
-}
-
-std::uint64_t place(std::uint32_t code, Field field) noexcept {
-  return static_cast<std::uint64_t>(code) << (64U - field.first - field.bits);
-}
-
-std::uint64_t place_signed(double value, double range, Field field) noexcept {
-  return place(to_code(value, -range, range, field.bits), field);
-}
-
-double signed_at(const Frame& frame, double range, Field field) noexcept {
-  return from_code(extract(frame, field), -range, range, field.bits);
 }
 
 void store_little(Frame& frame, std::size_t at, std::uint32_t value, std::size_t bytes) noexcept {
@@ -89,11 +59,6 @@ Frame register_frame(std::uint32_t id, bool fd, Operation operation, std::uint8_
 
 }  // namespace
 
-std::uint32_t extract(const Frame& frame, Field field) noexcept {
-  const std::uint64_t mask = (std::uint64_t{1} << field.bits) - 1U;
-  return static_cast<std::uint32_t>(load(frame) >> (64U - field.first - field.bits) & mask);
-}
-
 std::optional<Frame> encode_mit(std::uint32_t id, bool fd, const MitCommand& command,
                                 const Ranges& ranges) noexcept {
   if (!std::isfinite(command.position_rad) || !std::isfinite(command.velocity_rad_s) ||
@@ -110,12 +75,12 @@ std::optional<Frame> encode_mit(std::uint32_t id, bool fd, const MitCommand& com
             mit::kStiffness) |
       place(to_code(command.damping_nm_s_rad, 0.0, mit::kMaxDamping, mit::kDamping.bits),
             mit::kDamping);
-  store(frame, word);
+  store_word(frame, word);
   if (decode_special(frame)) {
     // One code less of torque could be the next special frame; one less of damping is none, and
     // matters least.
     word -= place(1, mit::kDamping);
-    store(frame, word);
+    store_word(frame, word);
   }
   return frame;
 }
@@ -137,12 +102,12 @@ std::optional<MitCommand> decode_mit(const Frame& frame, const Ranges& ranges) n
 
 Frame encode_special(std::uint32_t id, bool fd, Special special) noexcept {
   Frame frame = make_frame(id, fd, kLength);
-  store(frame, ~std::uint64_t{0} << 8U | static_cast<std::uint8_t>(special));
+  store_word(frame, ~std::uint64_t{0} << 8U | static_cast<std::uint8_t>(special));
   return frame;
 }
 
 std::optional<Special> decode_special(const Frame& frame) noexcept {
-  const std::uint64_t word = load(frame);
+  const std::uint64_t word = load_word(frame);
   const auto last = static_cast<std::uint8_t>(word & 0xFFU);
   if (frame.length != kLength || word >> 8U != ~std::uint64_t{0} >> 8U ||
       last < static_cast<std::uint8_t>(Special::kClearError) ||

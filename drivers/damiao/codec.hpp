@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "drivers/bit_codec.hpp"
 #include "drivers/bus/frame.hpp"
 #include "drivers/damiao/layout.hpp"
 
@@ -59,23 +60,6 @@ struct PositionForceCommand {
   double velocity_limit_rad_s = 0.0;  ///< 0 to 100
   double current_limit = 0.0;         ///< 0 to 1, of the drive's maximum
 };
-
-/// @return the code of `value` in [low, high] as `bits` bits: clamped, rounded to nearest.
-constexpr std::uint32_t to_code(double value, double low, double high, unsigned bits) noexcept {
-  const double top = static_cast<double>((1U << bits) - 1U);
-  const double clamped = value < low ? low : (value > high ? high : value);
-  const double exact = (clamped - low) / (high - low) * top;
-  const auto below = static_cast<std::uint32_t>(exact);
-  return exact - static_cast<double>(below) < 0.5 ? below : below + 1U;
-}
-
-/// @return what a drive takes `code` for.
-constexpr double from_code(std::uint32_t code, double low, double high, unsigned bits) noexcept {
-  return static_cast<double>(code) / static_cast<double>((1U << bits) - 1U) * (high - low) + low;
-}
-
-/// @return the bits of `field` in the first eight data bytes.
-std::uint32_t extract(const Frame& frame, Field field) noexcept;
 
 /// MIT command. Never equal to a special frame: where it would be, damping loses one code.
 /// Nothing if a number is not finite.

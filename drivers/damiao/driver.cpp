@@ -17,12 +17,6 @@ constexpr auto kEnabledStatus = static_cast<std::uint8_t>(Status::kEnabled);
 
 constexpr double kTorqueCodes = (1U << mit::kTorque.bits) - 1U;
 
-bool finite(const DriveCommand& command) noexcept {
-  return std::isfinite(command.torque_nm) && std::isfinite(command.position_rad) &&
-         std::isfinite(command.velocity_rad_s) && std::isfinite(command.stiffness_nm_rad) &&
-         std::isfinite(command.damping_nm_s_rad);
-}
-
 }  // namespace
 
 Driver::Driver(const DriveOptions& options)
@@ -149,7 +143,7 @@ Frame Driver::brake_frame(double damping) const noexcept {
 }
 
 Frame Driver::torque_frame(const DriveCommand& command) noexcept {
-  if (finite(command)) {
+  if (is_finite(command)) {
     const MitCommand mit{.position_rad = command.position_rad - wraps_ * 2.0 * ranges_.position_rad,
                          .velocity_rad_s = command.velocity_rad_s,
                          .stiffness_nm_rad = command.stiffness_nm_rad,

@@ -5,13 +5,9 @@
 #include <array>
 #include <cstdint>
 
-namespace geodesic::drivers::damiao {
+#include "drivers/bit_field.hpp"
 
-/// A run of bits in the eight data bytes, counted from the most significant bit of byte 0.
-struct Field {
-  std::uint8_t first = 0;
-  std::uint8_t bits = 0;
-};
+namespace geodesic::drivers::damiao {
 
 /// MIT command, to ESC_ID.
 namespace mit {

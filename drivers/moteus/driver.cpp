@@ -26,12 +26,6 @@ constexpr double kFineTorqueStepNm = 0.001;
 constexpr auto kPositionMode = static_cast<std::uint8_t>(Mode::kPosition);
 constexpr auto kStoppedMode = static_cast<std::uint8_t>(Mode::kStopped);
 
-bool finite(const DriveCommand& command) noexcept {
-  return std::isfinite(command.torque_nm) && std::isfinite(command.position_rad) &&
-         std::isfinite(command.velocity_rad_s) && std::isfinite(command.stiffness_nm_rad) &&
-         std::isfinite(command.damping_nm_s_rad);
-}
-
 double step_of(const Formats& formats) noexcept {
   return formats.torque == Resolution::kInt16
              ? kTorqueStepNm
@@ -181,7 +175,7 @@ Frame Driver::disabling_frame(std::int64_t now_ns) noexcept {
 }
 
 Frame Driver::torque_frame(const DriveCommand& command, std::int64_t now_ns) noexcept {
-  if (finite(command)) {
+  if (is_finite(command)) {
     return position_frame(command, now_ns);
   }
   complaint_ = {"command (torque, position, velocity, stiffness or damping)",

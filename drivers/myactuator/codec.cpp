@@ -12,32 +12,6 @@ namespace geodesic::drivers::myactuator {
 
 namespace {
 
-std::uint64_t load_big(const Frame& frame) noexcept {
-  std::uint64_t word = 0;
-  for (std::size_t i = 0; i < kLength; ++i) {
-    word = word << 8U | frame.data[i];
-  }
-  return word;
-}
-
-void store_big(Frame& frame, std::uint64_t word) noexcept {
-  for (std::size_t i = 0; i < kLength; ++i) {
-    frame.data[i] = static_cast<std::uint8_t>(word >> (56U - 8U * i) & 0xFFU);
-  }
-}
-
-std::uint64_t place(std::uint32_t code, Field field) noexcept {
-  return static_cast<std::uint64_t>(code) << (64U - field.first - field.bits);
-}
-
-std::uint64_t place_signed(double value, double range, Field field) noexcept {
-  return place(to_code(value, -range, range, field.bits), field);
-}
-
-double signed_at(const Frame& frame, double range, Field field) noexcept {
-  return from_code(extract(frame, field), -range, range, field.bits);
-}
-
 /// Rounded to the nearest count and kept within what `Integer` holds.
 template <class Integer>
 Integer counts(double value, double unit) noexcept {
@@ -94,11 +68,6 @@ Ranges ranges_of(const DriveOptions& options) noexcept {
           .damping_nm_s_rad = Facts::get(options, kDampingRange)};
 }
 
-std::uint32_t extract(const Frame& frame, Field field) noexcept {
-  const std::uint64_t mask = (std::uint64_t{1} << field.bits) - 1U;
-  return static_cast<std::uint32_t>(load_big(frame) >> (64U - field.first - field.bits) & mask);
-}
-
 Frame encode_request(std::uint32_t motor, Command command) noexcept {
   Frame frame = frame_of(kRequestId + motor);
   frame.data[0] = static_cast<std::uint8_t>(command);
@@ -150,16 +119,16 @@ std::optional<Frame> encode_motion(std::uint32_t motor, const MotionCommand& com
     return std::nullopt;
   }
   Frame frame = frame_of(kMotionRequestId + motor);
-  store_big(frame,
-            place_signed(command.position_rad, ranges.position_rad, motion::kPosition) |
-                place_signed(command.velocity_rad_s, ranges.velocity_rad_s, motion::kVelocity) |
-                place_signed(command.torque_nm, ranges.torque_nm, motion::kTorque) |
-                place(to_code(command.stiffness_nm_rad, 0.0, ranges.stiffness_nm_rad,
-                              motion::kStiffness.bits),
-                      motion::kStiffness) |
-                place(to_code(command.damping_nm_s_rad, 0.0, ranges.damping_nm_s_rad,
-                              motion::kDamping.bits),
-                      motion::kDamping));
+  store_word(frame,
+             place_signed(command.position_rad, ranges.position_rad, motion::kPosition) |
+                 place_signed(command.velocity_rad_s, ranges.velocity_rad_s, motion::kVelocity) |
+                 place_signed(command.torque_nm, ranges.torque_nm, motion::kTorque) |
+                 place(to_code(command.stiffness_nm_rad, 0.0, ranges.stiffness_nm_rad,
+                               motion::kStiffness.bits),
+                       motion::kStiffness) |
+                 place(to_code(command.damping_nm_s_rad, 0.0, ranges.damping_nm_s_rad,
+                               motion::kDamping.bits),
+                       motion::kDamping));
   return frame;
 }
 

@@ -16,12 +16,6 @@ double step_of(double range, unsigned bits) noexcept {
   return 2.0 * range / static_cast<double>((1U << bits) - 1U);
 }
 
-bool finite(const DriveCommand& command) noexcept {
-  return std::isfinite(command.torque_nm) && std::isfinite(command.position_rad) &&
-         std::isfinite(command.velocity_rad_s) && std::isfinite(command.stiffness_nm_rad) &&
-         std::isfinite(command.damping_nm_s_rad);
-}
-
 }  // namespace
 
 Driver::Driver(const DriveOptions& options)
@@ -249,7 +243,7 @@ Frame Driver::zero_frame() const noexcept {
 
 Frame Driver::torque_frame(const DriveCommand& command) noexcept {
   DriveCommand sound = command;
-  if (!finite(command)) {
+  if (!is_finite(command)) {
     complaint_ = {"command (torque, position, velocity, stiffness or damping)",
                   std::numeric_limits<double>::quiet_NaN(), 0.0,
                   "the controller's numbers are not finite: keep the log and report it"};

@@ -5,13 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace geodesic::drivers::myactuator {
+#include "drivers/bit_field.hpp"
 
-/// A run of bits in the eight data bytes, counted from the most significant bit of byte 0.
-struct Field {
-  std::uint8_t first = 0;
-  std::uint8_t bits = 0;
-};
+namespace geodesic::drivers::myactuator {
 
 inline constexpr std::uint32_t kRequestId = 0x140;        ///< + motor
 inline constexpr std::uint32_t kReplyId = 0x240;          ///< + motor

@@ -16,12 +16,6 @@ constexpr std::size_t kUntilReport = 16;
 constexpr std::int64_t kIdleIntervalNs = 10'000'000;     ///< between two requests to be idle
 constexpr std::int64_t kEnableIntervalNs = 150'000'000;  ///< at least, between two to be enabled
 
-bool finite(const DriveCommand& command) noexcept {
-  return std::isfinite(command.torque_nm) && std::isfinite(command.position_rad) &&
-         std::isfinite(command.velocity_rad_s) && std::isfinite(command.stiffness_nm_rad) &&
-         std::isfinite(command.damping_nm_s_rad);
-}
-
 }  // namespace
 
 Driver::Driver(const DriveOptions& options)
@@ -234,7 +228,7 @@ void Driver::add_disabling(std::int64_t now_ns) noexcept {
 }
 
 double Driver::wanted_torque(const DriveCommand& command, std::int64_t now_ns) noexcept {
-  if (!finite(command)) {
+  if (!is_finite(command)) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   double torque_nm = command.torque_nm;

@@ -19,12 +19,6 @@ constexpr auto kRun = static_cast<std::uint8_t>(Mode::kRun);
 /// Motor and host as they are, the type, and 8 bits between that say how it is.
 constexpr std::uint32_t kReplyMask = kTypeMask | 0xFFFFU;
 
-bool finite(const DriveCommand& command) noexcept {
-  return std::isfinite(command.torque_nm) && std::isfinite(command.position_rad) &&
-         std::isfinite(command.velocity_rad_s) && std::isfinite(command.stiffness_nm_rad) &&
-         std::isfinite(command.damping_nm_s_rad);
-}
-
 }  // namespace
 
 Driver::Driver(const DriveOptions& options)
@@ -160,7 +154,7 @@ Frame Driver::brake_frame(double damping) const noexcept {
 }
 
 Frame Driver::torque_frame(const DriveCommand& command) noexcept {
-  if (finite(command)) {
+  if (is_finite(command)) {
     const ControlCommand wanted{.position_rad = command.position_rad - turns_ * kWrapRad,
                                 .velocity_rad_s = command.velocity_rad_s,
                                 .stiffness_nm_rad = command.stiffness_nm_rad,
