@@ -67,6 +67,18 @@ TEST(Decode, NeedsNoRobotFileForOneDrive) {
   refused({}, "whose frames are they?");
 }
 
+TEST(Decode, ByFamilyAlsoWhereItSpeaksOnCanFdOnly) {
+  const TemporaryFolder folder;
+  // tests/data/vectors/moteus.csv: registers as int16, feed-forward torque 2.7161 in steps of 0.01.
+  std::ofstream(folder / "log")
+      << "(1.0) can0 00008003##1"
+         "01000A040620008000000F0100000000900105273200052B000011001F01130D"
+         "\n";
+  Program decode(folder, {"decode", "--family", "moteus", "--id", "3", (folder / "log").string()});
+  ASSERT_EQ(decode.wait(), 0) << decode.err();
+  EXPECT_NE(decode.out().find("feed-forward torque 2.71 N·m"), std::string::npos) << decode.out();
+}
+
 TEST(Decode, PutsErrorFramesIntoWords) {
   drivers::Frame frame;
   frame.error = true;

@@ -34,6 +34,7 @@ struct DecodeArguments {
 constexpr const char* kExamples =
     "  candump -L can0 | geodesic decode robot.toml              live\n"
     "  geodesic decode robot.toml candump-2026-11-22.log\n"
+    "  candump -L can0 | geodesic decode --family moteus --id 3   no robot file yet\n"
     "  geodesic decode --family damiao --id 1 --reply-id 0x11 --set torque_range_nm=28 log.txt\n"
     "  geodesic decode robot.toml log.txt --bus vcan0 --json     recorded on vcan0";
 
@@ -97,7 +98,13 @@ config::Robot lone_drive(const DecodeArguments& arguments) {
   drivers::JointOptions joint;
   joint.name = fmt::format("0x{:X}", arguments.id);
   joint.drive = options_of(drive);
-  const std::vector<std::string> wrong = family->check(joint.drive);
+  // Nobody says which bus the frames are of; some families speak on CAN FD only.
+  std::vector<std::string> wrong = family->check(joint.drive);
+  if (!wrong.empty()) {
+    joint.drive.fd = true;
+    const std::vector<std::string> on_fd = family->check(joint.drive);
+    if (on_fd.size() < wrong.size()) wrong = on_fd;
+  }
   if (!wrong.empty()) throw BadInput(wrong.front() + " (say it by --id, --reply-id or --set)");
   robot.arm.joints.push_back(joint);
   robot.arm.buses.emplace_back();
