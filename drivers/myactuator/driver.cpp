@@ -73,6 +73,7 @@ void Driver::follow(DriveMode mode, std::int64_t now_ns) noexcept {
         enable_due_ = false;
         enables_ = 0;
         torque_answered_ = false;
+        status_heard_ = false;
         brake_released_ = false;
         bare_reply_ = false;
         next_enable_ns_ = now_ns + own_share_of(kEnableIntervalNs);

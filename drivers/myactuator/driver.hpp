@@ -108,6 +108,7 @@ class Driver final : public Drive {
   bool zero_sent_ = false;
   bool disable_sent_ = false;
   bool torque_answered_ = false;  ///< kEnabling: a command of ours was obeyed
+  bool status_heard_ = false;     ///< kEnabling: status 1 came, and was without error
   bool brake_released_ = false;   ///< as status 1 last said
   bool bare_reply_ = false;       ///< the last reply to A1 was one
   bool bare_angle_ = false;       ///< the last reply to 92 was one

@@ -83,6 +83,7 @@ void Driver::take_status(const Frame& frame) noexcept {
     return;
   }
   errors_ = status->errors;
+  status_heard_ = true;
   brake_released_ = status->brake_released;
   state_.temperature_c = std::max(status->motor_c, status->mosfet_c);
   if (following() && errors_ != 0) {
@@ -174,7 +175,8 @@ void Driver::look_at_torque() noexcept {
 }
 
 void Driver::become_enabled() noexcept {
-  if (phase_ == Phase::kEnabling && torque_answered_ && (brake_released_ || !facts_.brake)) {
+  if (phase_ == Phase::kEnabling && torque_answered_ && status_heard_ &&
+      (brake_released_ || !facts_.brake)) {
     phase_ = Phase::kEnabled;
   }
 }

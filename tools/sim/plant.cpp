@@ -12,6 +12,8 @@ namespace geodesic::tools {
 namespace {
 
 constexpr double kNs = 1e-9;
+// A start-up dialogue may enable a drive for a moment, to see what it answers.
+constexpr double kTriedOutS = 0.02;
 
 std::int64_t to_ns(double seconds) {
   return std::llround(seconds / kNs);
@@ -180,8 +182,11 @@ void Plant::watch_stand() {
     return;
   }
   if (enabled_since_ns_ < 0) enabled_since_ns_ = now_ns_;
-  if (!report_.enabled_s) report_.enabled_s = elapsed_s();
-  if (now_ns_ - enabled_since_ns_ >= to_ns(options_.release_s)) let_go();
+  const std::int64_t enabled_for_ns = now_ns_ - enabled_since_ns_;
+  if (!report_.enabled_s && enabled_for_ns >= to_ns(std::min(kTriedOutS, options_.release_s))) {
+    report_.enabled_s = static_cast<double>(enabled_since_ns_ - options_.start_ns) * kNs;
+  }
+  if (enabled_for_ns >= to_ns(options_.release_s)) let_go();
 }
 
 void Plant::turn_shafts_at(std::int64_t now_ns) {
