@@ -99,12 +99,17 @@ Frame encode_request(std::uint32_t node, Command command) noexcept {
   return frame;
 }
 
-std::optional<double> decode(const Frame& frame, const Field& field) noexcept {
+std::optional<std::uint64_t> decode_bits(const Frame& frame, const Field& field) noexcept {
   const unsigned bits = bits_of(field.type);
   if (frame.remote || field.bit + bits > 8U * std::min<unsigned>(frame.length, 8U)) {
     return std::nullopt;
   }
-  return value_of(load(frame) >> field.bit & mask_of(bits), field.type);
+  return load(frame) >> field.bit & mask_of(bits);
+}
+
+std::optional<double> decode(const Frame& frame, const Field& field) noexcept {
+  const std::optional<std::uint64_t> bits = decode_bits(frame, field);
+  return bits ? std::optional(value_of(*bits, field.type)) : std::nullopt;
 }
 
 Frame encode_sdo_read(std::uint32_t node, std::uint16_t endpoint) noexcept {

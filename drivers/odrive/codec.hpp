@@ -36,6 +36,10 @@ inline std::optional<Frame> encode(std::uint32_t node, const Message& message,
 /// A remote frame: asks for the message of that command.
 Frame encode_request(std::uint32_t node, Command command) noexcept;
 
+/// The field's bits as they are: what counts of an error word, of which a double may lose some.
+/// Nothing if the frame is too short for it.
+std::optional<std::uint64_t> decode_bits(const Frame& frame, const Field& field) noexcept;
+
 /// The field's value; nothing if the frame is too short for it. NaN where the drive sent one.
 std::optional<double> decode(const Frame& frame, const Field& field) noexcept;
 

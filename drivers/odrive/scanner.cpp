@@ -21,7 +21,7 @@ constexpr int kLeastHeartbeats = 2;
 constexpr std::int64_t kSlowestNs = 1'000'000'000;
 
 std::uint32_t integer(const Frame& frame, const Field& field) {
-  return static_cast<std::uint32_t>(decode(frame, field).value_or(0.0));
+  return static_cast<std::uint32_t>(decode_bits(frame, field).value_or(0));
 }
 
 }  // namespace

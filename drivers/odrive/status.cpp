@@ -8,7 +8,7 @@ namespace {
 /// The message's field `index` as an integer of that width; 0 if the frame is too short.
 template <class T>
 T integer(const Frame& frame, const Message& message, std::size_t index) noexcept {
-  return static_cast<T>(decode(frame, message.fields[index]).value_or(0.0));
+  return static_cast<T>(decode_bits(frame, message.fields[index]).value_or(0));
 }
 
 }  // namespace

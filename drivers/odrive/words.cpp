@@ -37,9 +37,10 @@ std::uint8_t base_of(const Message& message, std::size_t index) {
                                            : std::uint8_t{0};
 }
 
-std::string value_text(const Message& message, std::size_t index, double value) {
+std::string value_text(const Message& message, std::size_t index, std::uint64_t bits,
+                       double value) {
   if (const std::uint8_t base = base_of(message, index); base != 0) {
-    return errors_of(static_cast<std::uint64_t>(value), base);
+    return errors_of(bits, base);
   }
   const bool state = (message.command == Command::kHeartbeat && index == 1) ||
                      message.command == Command::kAxisState;
@@ -75,11 +76,12 @@ std::optional<DecodedFrame> decode(const Frame& frame, const DriveOptions& optio
   DecodedFrame words{message->name, {}};
   for (std::size_t i = 0; i < message->count(); ++i) {
     const Field& field = message->fields[i];
+    const std::optional<std::uint64_t> bits = decode_bits(frame, field);
     const std::optional<double> value = decode(frame, field);
-    if (!value) {
+    if (!bits || !value) {
       continue;
     }
-    words.fields.push_back({field.name, value_text(*message, i, *value), field.unit});
+    words.fields.push_back({field.name, value_text(*message, i, *bits, *value), field.unit});
     const bool sdo = message == &kRxSdo06 || message == &kTxSdo06;
     if (sdo && field.type == Type::kF32) {
       words.fields.push_back({"raw", fmt::format("0x{:X}", decode_sdo(frame)->raw), ""});
