@@ -57,6 +57,12 @@ Long<n> series(const Eigen::Matrix<double, n, n>& x, int shift) {
   return sum;
 }
 
+/// Through zero, the switch to series, and pi from below.
+constexpr double kAngles[] = {
+    0.0,  1e-300, 1e-160,     1e-100,     1e-20,      1e-12,       1e-8,       1e-6,  1e-4,
+    1e-2, 0.3,    0.83,       1.0,        1.0001,     1.999,       2.0,        2.001, 2.5,
+    3.0,  3.1,    kPi - 1e-3, kPi - 1e-6, kPi - 1e-9, kPi - 1e-12, kPi - 1e-14};
+
 template <class G>
 class LieGroupTest : public ::testing::Test {
  protected:
@@ -88,11 +94,6 @@ class LieGroupTest : public ::testing::Test {
     }
   }
   Element element() { return G::random(engine_); }
-
-  static constexpr double kAngles[] = {
-      0.0,  1e-300, 1e-160,     1e-100,     1e-20,      1e-12,       1e-8,       1e-6,  1e-4,
-      1e-2, 0.3,    0.83,       1.0,        1.0001,     1.999,       2.0,        2.001, 2.5,
-      3.0,  3.1,    kPi - 1e-3, kPi - 1e-6, kPi - 1e-9, kPi - 1e-12, kPi - 1e-14};
 
   std::mt19937 engine_{20261122};
 };
@@ -134,7 +135,7 @@ TYPED_TEST(LieGroupTest, VeeUndoesHat) {
 
 TYPED_TEST(LieGroupTest, ExpIsThePowerSeriesOfTheMatrix) {
   using G = TypeParam;
-  for (const double angle : this->kAngles) {
+  for (const double angle : kAngles) {
     const auto x = this->tangent(angle);
     EXPECT_LE(apart(G::matrix(G::exp(x)), series(G::hat(x), 0)), 6.0 * kEps) << angle;
   }
@@ -146,7 +147,7 @@ TYPED_TEST(LieGroupTest, ExpIsThePowerSeriesOfTheMatrix) {
 
 TYPED_TEST(LieGroupTest, LogUndoesExpAtEveryAngle) {
   using G = TypeParam;
-  for (const double angle : this->kAngles) {
+  for (const double angle : kAngles) {
     for (int i = 0; i < 20; ++i) {
       const auto x = this->tangent(angle);
       const auto found = G::log(G::exp(x));
@@ -195,7 +196,7 @@ TYPED_TEST(LieGroupTest, AdIsTheBracketAndSatisfiesJacobi) {
 
 TYPED_TEST(LieGroupTest, AdOfExpIsExpOfAd) {
   using G = TypeParam;
-  for (const double angle : this->kAngles) {
+  for (const double angle : kAngles) {
     const auto x = this->tangent(angle);
     EXPECT_LE(apart(G::Ad(G::exp(x)), series(G::ad(x), 0)), 16.0 * kEps) << angle;
   }
@@ -203,7 +204,7 @@ TYPED_TEST(LieGroupTest, AdOfExpIsExpOfAd) {
 
 TYPED_TEST(LieGroupTest, JacobiansAreTheirSeriesAndTheInversesInvert) {
   using G = TypeParam;
-  for (const double angle : this->kAngles) {
+  for (const double angle : kAngles) {
     const auto x = this->tangent(angle);
     const auto left = series(G::ad(x), 1);
     EXPECT_LE(apart(G::left_jacobian(x), left), 12.0 * kEps) << angle;
