@@ -59,7 +59,7 @@ class Program:
         if self.running():
             self.process.send_signal(number)
 
-    def stop(self, seconds=20.0):
+    def stop(self, seconds=60.0):
         """Asks it to end (SIGTERM) and returns the exit status."""
         self.send(signal.SIGTERM)
         return self.wait(seconds)
